@@ -1,0 +1,1 @@
+"""han_bullet: human-aware navigation that sees people."""

@@ -1,0 +1,55 @@
+"""The loop: simulator and stack take turns until the task ends; hooks look on."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from han_bullet.messages import Observation, Status, Truth
+from han_bullet.sim.simulator import Simulator
+from han_bullet.stack import Decision, NavigationStack
+
+
+@dataclass(frozen=True)
+class Tick:
+    """What a hook sees of one control period: known, decided, and (for metrics and pictures only) true."""
+
+    observation: Observation
+    decision: Decision
+    truth: Truth
+
+
+class Hook(ABC):
+    """Something that looks at every tick: trace, video, metrics, ROS bridge."""
+
+    @abstractmethod
+    def record(self, tick: Tick) -> None:
+        """Take note of one tick."""
+
+    def close(self) -> None:
+        """Finish files; called once, also when the episode ends by an error."""
+
+
+ENDINGS = (Status.ARRIVED, Status.BLOCKED)
+
+
+def run_episode(simulator: Simulator, stack: NavigationStack, *, duration: float, hooks: Sequence[Hook] = ()) -> Status:
+    """Close the loop until the task ends or the time [s] is over; return the robot's last status.
+
+    Hooks are closed in every case, so that what they wrote is whole.
+    """
+    try:
+        observation = simulator.reset()
+        while True:
+            decision = stack.step(observation)
+            tick = Tick(observation, decision, simulator.truth)
+            for hook in hooks:
+                hook.record(tick)
+            if decision.status in ENDINGS or observation.time >= duration:
+                return decision.status
+            simulator.request_hand_over(decision.asks_for_hand_over)
+            observation = simulator.step(decision.command)
+    finally:
+        for hook in hooks:
+            hook.close()

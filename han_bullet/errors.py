@@ -1,0 +1,13 @@
+"""The errors that han_bullet raises on purpose: one base class, so that a caller can catch them all."""
+
+
+class HanError(Exception):
+    """Base of every error that han_bullet raises; the message names the value and what would be right."""
+
+
+class BadInputError(HanError):
+    """Something a person gave (world file, option, image, weights) cannot be used; exit code 2."""
+
+
+class WorkerDiedError(HanError):
+    """A camera worker process ended before its work was done; exit code 3."""

@@ -1,0 +1,317 @@
+"""Every value that passes between the stages of the loop; read this file first.
+
+All are frozen dataclasses in SI units. Names say the frame. Arrays have the stated shape; state vectors are 1-D.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.geometry import Array, Intrinsics, Pose2D, Twist2D
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image of one camera, with what is known of the camera.
+
+    Attributes:
+        camera: Name of the camera.
+        time: Moment of exposure [s].
+        image: RGB, shape (height, width, 3), uint8.
+        intrinsics: Calibration.
+        camera_in_world: Pose, shape (4, 4); of an onboard camera as the robot's localization has it.
+        fixed: Whether the camera never moves.
+    """
+
+    camera: str
+    time: float
+    image: NDArray[np.uint8]
+    intrinsics: Intrinsics
+    camera_in_world: Array
+    fixed: bool
+
+
+@dataclass(frozen=True)
+class DeviceMessage:
+    """What a networked device says of itself.
+
+    Attributes:
+        device: Name.
+        time: When it was sent [s].
+        on: Whether it is switched on.
+    """
+
+    device: str
+    time: float
+    on: bool
+
+
+@dataclass(frozen=True)
+class Observation:
+    """All that the robot may know at one control tick. Nothing of the simulator's truth is in here.
+
+    Attributes:
+        time: Simulation time [s].
+        pose_robot_in_world: From the localization port.
+        twist_robot_in_body: From odometry.
+        frames: Images that became available at this tick, in the order of the cameras; often none.
+        device_messages: Messages that arrived since the last tick.
+    """
+
+    time: float
+    pose_robot_in_world: Pose2D
+    twist_robot_in_body: Twist2D
+    frames: tuple[Frame, ...] = ()
+    device_messages: tuple[DeviceMessage, ...] = ()
+
+
+@dataclass(frozen=True)
+class Detections:
+    """Pedestrians found in one frame.
+
+    Attributes:
+        camera: Name of the camera.
+        time: Moment of exposure [s].
+        boxes: Shape (n, 4): x, y of the upper left corner, width, height [px].
+        scores: ACF scores, shape (n,).
+        probabilities: What the CNN gives each box, shape (n,), in [0, 1].
+    """
+
+    camera: str
+    time: float
+    boxes: Array
+    scores: Array
+    probabilities: Array
+
+
+@dataclass(frozen=True)
+class Scan:
+    """The detections of one frame on the floor.
+
+    Attributes:
+        camera: Name of the camera.
+        time: Moment of exposure [s].
+        positions: Foot points in the world, shape (n, 2) [m].
+        covariances: Shape (n, 2, 2) [m^2].
+        sources: Row of the detection behind each measurement, shape (n,), int.
+        frame: The image's camera, for what it can see.
+        pose_robot_in_world: Of the robot, which may stand in the view; None where it is not known.
+    """
+
+    camera: str
+    time: float
+    positions: Array
+    covariances: Array
+    sources: NDArray[np.int64]
+    frame: Frame
+    pose_robot_in_world: Pose2D | None = None
+
+
+class Posture(str, Enum):
+    """What a person is doing, as the layers distinguish it."""
+
+    STANDING = "standing"
+    WALKING = "walking"
+    SEATED = "seated"
+
+
+@dataclass(frozen=True)
+class TrackedPerson:
+    """A person as the tracker believes them to be.
+
+    Attributes:
+        id: Counts from 0 within one tracker.
+        time: Of this estimate [s].
+        position_in_world: Shape (2,) [m]; for a seated person the declared seat.
+        velocity_in_world: Shape (2,) [m/s].
+        covariance: Of (x, y, vx, vy), shape (4, 4).
+        posture: Standing, walking or seated.
+        heading: Direction the person faces [rad]; None where nobody knows.
+        seat: Name of the sitting area for a seated person, else None.
+    """
+
+    id: int
+    time: float
+    position_in_world: Array
+    velocity_in_world: Array
+    covariance: Array
+    posture: Posture
+    heading: float | None
+    seat: str | None = None
+
+    @property
+    def speed(self) -> float:
+        """Return the speed [m/s]."""
+        return float(np.hypot(*self.velocity_in_world))
+
+
+@dataclass(frozen=True)
+class Device:
+    """A device as the robot knows it: place from the map, state from its messages.
+
+    Attributes:
+        name: As in the world file.
+        position_in_world: Shape (2,) [m].
+        on: Last reported state.
+    """
+
+    name: str
+    position_in_world: Array
+    on: bool
+
+
+@dataclass(frozen=True)
+class Seat:
+    """A sitting area of the map.
+
+    Attributes:
+        name: As in the world file.
+        position_in_world: Where a seated person's body is, shape (2,) [m].
+        facing: Direction in which they sit [rad].
+        reach_in_front: How far before the seat a seated person's feet are looked for [m].
+        width: Extent along the seat [m].
+        watches: Name of the device they look at, or None.
+    """
+
+    name: str
+    position_in_world: Array
+    facing: float
+    reach_in_front: float
+    width: float
+    watches: str | None = None
+
+
+@dataclass(frozen=True)
+class GoTo:
+    """Task: reach a pose.
+
+    Attributes:
+        pose_in_world: The goal.
+        tolerance_position: [m].
+        tolerance_yaw: [rad].
+    """
+
+    pose_in_world: Pose2D
+    tolerance_position: float = 0.15
+    tolerance_yaw: float = 0.2
+
+
+@dataclass(frozen=True)
+class HandOver:
+    """Task: approach the person near a place from the front and stop before them.
+
+    Attributes:
+        place_in_world: Where the person is expected, shape (2,) [m].
+        distance: Between the centres at the stop [m].
+        person: Id of the chosen track, once it is known.
+        heading: Direction that the chosen person is taken to face [rad], once it is known.
+    """
+
+    place_in_world: Array
+    distance: float = 0.9
+    person: int | None = None
+    heading: float | None = None
+
+
+Task = GoTo | HandOver
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a costmap layer may look at.
+
+    Attributes:
+        time: [s].
+        people: Confirmed tracks.
+        devices: Known devices.
+        seats: Sitting areas of the map.
+        task: What the robot is doing.
+    """
+
+    time: float
+    people: tuple[TrackedPerson, ...] = ()
+    devices: tuple[Device, ...] = ()
+    seats: tuple[Seat, ...] = ()
+    task: Task | None = None
+
+
+@dataclass(frozen=True)
+class Path:
+    """A planned way on the floor.
+
+    Attributes:
+        points_in_world: Shape (n, 2) [m], start first; neighbours are cell centres one cell apart.
+        cost: Sum over the edges of length * (1 + weight * mean cost / 252) [m].
+        expanded: Cells that the search took from its queue.
+    """
+
+    points_in_world: Array
+    cost: float
+    expanded: int = 0
+
+
+class Status(str, Enum):
+    """What the robot is up to."""
+
+    MOVING = "moving"
+    WAITING = "waiting: no free path"
+    YIELDING = "yielding: a person is in the way"
+    ARRIVED = "arrived"
+    BLOCKED = "blocked"
+
+
+@dataclass(frozen=True)
+class TruePerson:
+    """A person as the simulator knows them; goes to metrics and video only.
+
+    Attributes:
+        name: As in the world file.
+        pose_in_world: Position and direction faced.
+        velocity_in_world: Shape (2,) [m/s].
+        posture: Standing, walking or seated.
+    """
+
+    name: str
+    pose_in_world: Pose2D
+    velocity_in_world: Array
+    posture: Posture
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The robot touches something.
+
+    Attributes:
+        body: Name of the person, piece of furniture or wall.
+        kind: "person", "object" or "wall".
+        distance: Signed gap, <= 0 [m].
+    """
+
+    body: str
+    kind: str
+    distance: float
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The simulator's own state; reaches metrics, trace and video, never the stack.
+
+    Attributes:
+        time: [s].
+        pose_robot_in_world: The robot.
+        twist_robot_in_body: Its velocity.
+        people: In the order of the world file.
+        devices_on: State of each device.
+        contacts: What the robot touches.
+    """
+
+    time: float
+    pose_robot_in_world: Pose2D
+    twist_robot_in_body: Twist2D
+    people: tuple[TruePerson, ...]
+    devices_on: tuple[tuple[str, bool], ...] = ()
+    contacts: tuple[Contact, ...] = ()

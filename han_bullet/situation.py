@@ -1,0 +1,96 @@
+"""What the robot knows besides people: devices, sitting areas, its task, and where that task sends it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from han_bullet.geometry import Pose2D
+from han_bullet.messages import Device, GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
+
+CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
+FREEZE_HEADING_AT = 2.0  # [m]: nearer than this, the bearing to the robot says nothing new about the person
+FIRST_LOOK_AT = 2.5  # [m] before the place, while nobody has been seen there yet
+
+
+class Situation:
+    """Keep the devices' last states and the task, and turn them into the layers' scene and the planner's goal.
+
+    Args:
+        task: What to do.
+        devices: Known devices with their assumed first states.
+        seats: Sitting areas of the map.
+    """
+
+    def __init__(self, *, task: Task, devices: Sequence[Device] = (), seats: Sequence[Seat] = ()) -> None:
+        self.changed = False
+        self._task = task
+        self._devices = {device.name: device for device in devices}
+        self._message_times = {device.name: -math.inf for device in devices}
+        self._seats = tuple(seats)
+        self._postures: dict[int, str] = {}
+        self._scene = Scene(0.0, task=task)
+        self._pose_robot_in_world = Pose2D(0.0, 0.0, 0.0)
+
+    def update(self, observation: Observation, people: Sequence[TrackedPerson]) -> Scene:
+        """Take in device messages and people.
+
+        Afterwards `changed` says whether a device or somebody's posture has changed, which calls for a new plan at once.
+        """
+        self._pose_robot_in_world = observation.pose_robot_in_world
+        device_changed = self._take_messages(observation)
+        postures = {person.id: person.posture.value for person in people}
+        known = self._postures.keys() & postures.keys()
+        self.changed = device_changed or any(self._postures[key] != postures[key] for key in known)
+        self._postures = postures
+        if isinstance(self._task, HandOver):
+            self._task = _with_person(self._task, people, observation.pose_robot_in_world)
+        self._scene = Scene(observation.time, tuple(people), tuple(self._devices.values()), self._seats, self._task)
+        return self._scene
+
+    def goal(self) -> Pose2D:
+        """Return where the robot has to be for its task, as of the last update."""
+        if isinstance(self._task, GoTo):
+            return self._task.pose_in_world
+        return _hand_over_pose(self._task, self._scene.people, self._pose_robot_in_world)
+
+    def _take_messages(self, observation: Observation) -> bool:
+        """Store newer states of known devices; tell whether one differs."""
+        changed = False
+        for message in observation.device_messages:
+            if message.time < self._message_times.get(message.device, math.inf):
+                continue  # unknown device, or a late message that a newer one has overtaken
+            self._message_times[message.device] = message.time
+            device = self._devices[message.device]
+            changed |= device.on != message.on
+            self._devices[message.device] = dataclasses.replace(device, on=message.on)
+        return changed
+
+
+def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> HandOver:
+    """Choose the nearest track to the place, keep it, and take the bearing to the robot as its heading."""
+    chosen = next((person for person in people if person.id == task.person), None)
+    if chosen is None:
+        near = [p for p in people if np.hypot(*(p.position_in_world - task.place_in_world)) <= CHOOSE_WITHIN]
+        if not near:
+            return dataclasses.replace(task, person=None, heading=None)
+        chosen = min(near, key=lambda p: float(np.hypot(*(p.position_in_world - task.place_in_world))))
+    if task.heading is not None and pose_robot_in_world.distance_to(chosen.position_in_world) < FREEZE_HEADING_AT:
+        return dataclasses.replace(task, person=chosen.id)
+    towards_robot = pose_robot_in_world.position - chosen.position_in_world
+    return dataclasses.replace(task, person=chosen.id, heading=math.atan2(towards_robot[1], towards_robot[0]))
+
+
+def _hand_over_pose(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> Pose2D:
+    """Return the stop before the chosen person, facing them; while nobody is known, a look-out before the place."""
+    person = next((p for p in people if p.id == task.person), None)
+    if person is None or task.heading is None:
+        away = pose_robot_in_world.position - task.place_in_world
+        centre, distance, heading = task.place_in_world, FIRST_LOOK_AT, math.atan2(away[1], away[0])
+    else:
+        centre, distance, heading = person.position_in_world, task.distance, task.heading
+    stop = centre + distance * np.array([math.cos(heading), math.sin(heading)])
+    return Pose2D(float(stop[0]), float(stop[1]), heading + math.pi)

@@ -1,0 +1,91 @@
+"""The spine: one observation in, one decision out. With `episode.py` and `messages.py`, this is the whole program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from han_bullet.control.follower import Follower
+from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layer import Layer
+from han_bullet.detection.detector import Detector
+from han_bullet.messages import Detections, HandOver, Observation, Path, Scan, Scene, Status, Task, TrackedPerson
+from han_bullet.geometry import Twist2D
+from han_bullet.planning.planner import Planner
+from han_bullet.situation import Situation
+from han_bullet.tracking.projection import GroundProjection
+from han_bullet.tracking.tracker import PeopleTracker
+
+
+@dataclass(frozen=True)
+class Decision:
+    """All that one tick decided; hooks read this.
+
+    Attributes:
+        time: Of the observation [s].
+        detections: One per frame of the observation.
+        scans: The same on the floor.
+        people: Confirmed tracks.
+        scene: What the layers looked at.
+        costmap: What the planner looked at.
+        path: The way taken, or None where there is no free one.
+        command: For the robot.
+        status: What the robot is up to.
+    """
+
+    time: float
+    detections: tuple[Detections, ...]
+    scans: tuple[Scan, ...]
+    people: tuple[TrackedPerson, ...]
+    scene: Scene
+    costmap: Costmap
+    path: Path | None
+    command: Twist2D
+    status: Status
+
+    @property
+    def asks_for_hand_over(self) -> bool:
+        """Tell whether the robot is asking a person it has chosen to turn to it."""
+        return isinstance(self.scene.task, HandOver) and self.scene.task.person is not None
+
+
+class NavigationStack:
+    """Turn one observation into one command: detect, locate, track, map, plan, follow."""
+
+    def __init__(
+        self,
+        *,
+        detector: Detector,
+        projection: GroundProjection,
+        tracker: PeopleTracker,
+        situation: Situation,
+        free_space: Costmap,
+        layers: Sequence[Layer],
+        planner: Planner,
+        follower: Follower,
+    ) -> None:
+        self.detector = detector
+        self.projection = projection
+        self.tracker = tracker
+        self.situation = situation
+        self.free_space = free_space
+        self.layers = tuple(layers)
+        self.planner = planner
+        self.follower = follower
+
+    def step(self, observation: Observation) -> Decision:
+        """Decide on a command for the robot."""
+        pose = observation.pose_robot_in_world
+        detections = self.detector.detect(observation.frames)
+        scans = [self.projection.project(*pair, pose) for pair in zip(observation.frames, detections, strict=True)]
+        people = self.tracker.update(scans, observation.time)
+        scene = self.situation.update(observation, people)
+        costmap = self.free_space.copy()
+        for layer in self.layers:  # order matters only to inflation; every layer only raises costs
+            layer.apply(costmap, scene)
+        goal = self.situation.goal()
+        path = self.planner.update(costmap, pose.position, goal.position, observation.time, self.situation.changed)
+        command, status = self.follower.follow(path, goal, observation, people, costmap)
+        return Decision(
+            observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+        )

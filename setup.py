@@ -1,0 +1,40 @@
+"""Package metadata: the only place that names versions, dependencies and data files."""
+
+from setuptools import find_packages, setup
+
+setup(
+    name="han_bullet",
+    version="0.1.0",
+    description="Human-aware navigation that sees people: cameras in, considerate robot motion out",
+    long_description=open("README.md", encoding="utf-8").read(),
+    long_description_content_type="text/markdown",
+    license="BSD-3-Clause",
+    python_requires=">=3.10,<3.12",
+    packages=[*find_packages(include=["han_bullet", "han_bullet.*"]), "han_bullet.worlds", "han_bullet.urdf"],
+    package_dir={"han_bullet.worlds": "worlds", "han_bullet.urdf": "urdf"},
+    package_data={
+        "han_bullet": ["py.typed"],
+        "han_bullet.models": ["*.npz", "*.safetensors", "*.md"],
+        "han_bullet.worlds": ["*.yaml"],
+        "han_bullet.urdf": ["*.urdf", "meshes/*", "meshes/**/*", "textures/*"],
+    },
+    install_requires=[
+        "numpy>=1.26",
+        "scipy>=1.11",
+        "numba>=0.60",
+        "opencv-python-headless>=4.8,<5",
+        "pybullet>=3.2.6",
+        "torch>=2.2",
+        "safetensors>=0.4",
+        "filterpy>=1.4.5",
+        "matplotlib>=3.8",
+        "pydantic>=2.5",
+        "PyYAML>=6",
+        "rich>=13",
+        "imageio-ffmpeg>=0.4.9",
+    ],
+    extras_require={
+        "dev": ["pytest>=8", "hypothesis>=6", "ruff>=0.5", "mypy>=1.10", "types-PyYAML", "scikit-image>=0.22"],
+    },
+    entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},
+)

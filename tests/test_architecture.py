@@ -1,0 +1,95 @@
+"""The import rule of the house, walked with ast, and what importing must not do."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "han_bullet"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+STAGES = {"sim", "detection", "tracking", "costmap", "planning", "control"}
+VALUES = {"geometry", "messages", "errors", "assets"}
+ONLY_IN = {"pybullet": "sim", "torch": "detection", "rospy": None}
+
+
+def imports(path: Path) -> set[str]:
+    """Full names of everything a module imports, also inside functions."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def rooms(path: Path) -> set[str]:
+    """The rooms and modules directly under han_bullet that a module imports."""
+    return {name.split(".")[1] for name in imports(path) if name.startswith("han_bullet.")}
+
+
+def room(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def test_there_are_modules_to_look_at() -> None:
+    assert len(MODULES) > 30
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_a_module_imports_only_what_its_room_may(path: Path) -> None:
+    here, used = room(path), rooms(path)
+    if here in VALUES:
+        assert used <= VALUES
+    elif here == "world_file":
+        assert used <= VALUES
+    elif here in STAGES:
+        allowed = VALUES | {"world_file", here} | ({"costmap"} if here in {"planning", "control"} else set())
+        assert used <= allowed
+    elif here == "stack":
+        assert used <= VALUES | STAGES - {"sim"} | {"world_file", "situation"}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_a_heavy_library_stays_in_its_room(path: Path) -> None:
+    for library, owner in ONLY_IN.items():
+        if any(name.split(".")[0] == library for name in imports(path)):
+            assert room(path) == owner
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if room(p) in {"planning", "control"}], ids=lambda p: p.name)
+def test_planning_and_control_read_only_the_grid_of_the_costmap(path: Path) -> None:
+    used = {name for name in imports(path) if name.startswith("han_bullet.costmap")}
+    assert all(name.startswith("han_bullet.costmap.grid") for name in used)
+
+
+def test_the_stack_never_sees_the_truth() -> None:
+    text = (PACKAGE / "stack.py").read_text() + (PACKAGE / "situation.py").read_text()
+    assert "Truth" not in text and "truth" not in text.replace("Nothing of the simulator's truth", "")
+
+
+def test_every_exported_name_exists() -> None:
+    for path in MODULES:
+        name = ".".join(("han_bullet", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.Assign) and any(
+                isinstance(t, ast.Name) and t.id == "__all__" for t in node.targets
+            ):
+                module = __import__(name, fromlist=["_"])
+                assert all(hasattr(module, exported) for exported in ast.literal_eval(node.value))
+
+
+def test_no_library_module_prints_or_exits() -> None:
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                assert node.func.id not in {"print", "exit", "quit"}, path
+
+
+def test_the_core_imports_without_torch_or_a_window() -> None:
+    code = "import sys, han_bullet.world_file, han_bullet.planning.planner, han_bullet.costmap.layers; assert 'torch' not in sys.modules and 'pybullet' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

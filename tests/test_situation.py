@@ -1,0 +1,78 @@
+import math
+
+import numpy as np
+import pytest
+
+from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.messages import Device, DeviceMessage, GoTo, HandOver, Observation, Posture, TrackedPerson
+from han_bullet.situation import Situation
+
+TV = Device("tv", np.array([0.0, 3.0]), on=False)
+
+
+def observation(time: float, *messages: DeviceMessage, pose: Pose2D = Pose2D(0.0, 0.0, 0.0)) -> Observation:
+    return Observation(time, pose, Twist2D(), (), messages)
+
+
+def person(x: float, y: float, posture: Posture = Posture.STANDING, number: int = 0) -> TrackedPerson:
+    return TrackedPerson(number, 0.0, np.array([x, y]), np.zeros(2), np.eye(4) * 0.01, posture, None)
+
+
+def test_a_device_that_says_it_is_on_is_on_in_the_scene_and_asks_for_a_new_plan() -> None:
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    assert not situation.update(observation(0.0, DeviceMessage("tv", 0.0, False)), []).devices[0].on
+    assert not situation.changed
+    assert situation.update(observation(1.0, DeviceMessage("tv", 1.0, True)), []).devices[0].on
+    assert situation.changed
+    situation.update(observation(1.1), [])
+    assert not situation.changed
+
+
+def test_a_late_message_does_not_undo_a_newer_one() -> None:
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    situation.update(observation(2.0, DeviceMessage("tv", 2.0, True)), [])
+    assert situation.update(observation(2.1, DeviceMessage("tv", 1.5, False)), []).devices[0].on
+
+
+def test_a_message_of_an_unknown_device_changes_nothing() -> None:
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    scene = situation.update(observation(1.0, DeviceMessage("radio", 1.0, True)), [])
+    assert [device.name for device in scene.devices] == ["tv"] and not situation.changed
+
+
+def test_a_change_of_posture_asks_for_a_new_plan_but_a_new_person_does_not() -> None:
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)))
+    situation.update(observation(0.0), [person(2.0, 0.0)])
+    assert not situation.changed
+    situation.update(observation(0.1), [person(2.0, 0.0, Posture.WALKING)])
+    assert situation.changed
+
+
+def test_a_hand_over_takes_the_nearest_person_to_the_place_and_keeps_their_id() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    scene = situation.update(observation(0.0), [person(5.9, 0.0, number=3), person(5.2, 0.0, number=4)])
+    assert scene.task is not None and isinstance(scene.task, HandOver) and scene.task.person == 4
+    scene = situation.update(observation(0.1), [person(5.0, 0.0, number=3), person(6.0, 0.0, number=4)])
+    assert isinstance(scene.task, HandOver) and scene.task.person == 4
+
+
+def test_the_robot_stops_before_the_person_it_hands_over_to_and_faces_them() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0]), distance=0.9))
+    situation.update(observation(0.0), [person(5.0, 0.0)])
+    goal = situation.goal()
+    assert (goal.x, goal.y) == pytest.approx((4.1, 0.0))
+    assert math.cos(goal.yaw) == pytest.approx(1.0)
+
+
+def test_the_persons_heading_is_frozen_when_the_robot_is_near() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    situation.update(observation(0.0), [person(5.0, 0.0)])
+    scene = situation.update(observation(1.0, pose=Pose2D(5.0, 1.5, 0.0)), [person(5.0, 0.0)])
+    assert isinstance(scene.task, HandOver) and scene.task.heading is not None
+    assert abs(scene.task.heading) == pytest.approx(math.pi)
+
+
+def test_while_nobody_is_seen_at_the_place_the_robot_looks_from_a_distance() -> None:
+    situation = Situation(task=HandOver(np.array([10.0, 0.0])))
+    situation.update(observation(0.0), [])
+    assert situation.goal().x == pytest.approx(7.5)
