@@ -1,0 +1,114 @@
+"""What a run leaves behind as tables: trace.csv, tracks.csv and detections.csv.
+
+Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
+equal runs give equal files.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from han_bullet.episode import Hook, Tick
+from han_bullet.world_file import World
+
+DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
+DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
+
+Cell = float | int | str | None
+
+
+class TableRecorder(Hook):
+    """Write a comma-separated table, some rows per tick.
+
+    Args:
+        path: The file; an older one is replaced.
+        header: Names of the columns.
+    """
+
+    def __init__(self, path: Path, header: Sequence[str]) -> None:
+        self._file = path.open("w", encoding="utf-8", newline="\n")
+        self._file.write(",".join(header) + "\n")
+        self._file.flush()
+
+    @abstractmethod
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the rows of one tick, in the order of the header."""
+
+    def record(self, tick: Tick) -> None:
+        """Write the rows of one tick."""
+        self._file.writelines(",".join(map(_text, row)) + "\n" for row in self.rows(tick))
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _text(cell: Cell) -> str:
+    """Write floats with `DECIMALS` digits and what is unknown as an empty cell; names hold no commas by schema."""
+    if cell is None:
+        return ""
+    return f"{cell:.{DECIMALS}f}" if isinstance(cell, float) else str(cell)
+
+
+class TraceRecorder(TableRecorder):
+    """Write the truth: one row per tick with the robot's pose in the world, its twist in the body and every person.
+
+    Args:
+        path: The file.
+        world: Names the people, in the order of the columns.
+    """
+
+    def __init__(self, path: Path, world: World) -> None:
+        robot = ("time", *(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega")))
+        people = [f"{person.name}.{name}" for person in world.people for name in ("x", "y", "yaw", "posture")]
+        super().__init__(path, (*robot, *people))
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the one row of a tick."""
+        truth = tick.truth
+        pose, twist = truth.pose_robot_in_world, truth.twist_robot_in_body
+        row: list[Cell] = [truth.time, pose.x, pose.y, pose.yaw, twist.vx, twist.vy, twist.omega]
+        for person in truth.people:
+            place = person.pose_in_world
+            row += [place.x, place.y, place.yaw, person.posture.value]
+        yield [float(cell) if isinstance(cell, int) else cell for cell in row]
+
+
+class TracksRecorder(TableRecorder):
+    """Write what the robot believes: one row per tick and confirmed track.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, TRACKS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per track; its yaw is empty where nobody knows it."""
+        for track in tick.decision.people:
+            place, velocity = track.position_in_world.tolist(), track.velocity_in_world.tolist()
+            yaw = None if track.heading is None else float(track.heading)
+            yield tick.truth.time, track.id, *place, *velocity, yaw, track.posture.value
+
+
+class DetectionsRecorder(TableRecorder):
+    """Write what the detector found: one row per box; the time is that of the exposure.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, DETECTIONS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per box, in the order of the cameras."""
+        for found in tick.decision.detections:
+            columns = (found.boxes.tolist(), found.scores.tolist(), found.probabilities.tolist())
+            for box, score, probability in zip(*columns, strict=True):
+                yield found.time, found.camera, *box, score, probability

@@ -1,0 +1,88 @@
+import math
+from pathlib import Path
+
+import pytest
+from ticks import found, frame, make_world, person, tick, track
+
+from han_bullet.episode import Hook, Tick
+from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
+
+IMAGE = frame(time=0.05)
+TICKS = (
+    tick(0, robot=(1.0, -0.5, math.pi), people=[person("anna", 5.0, -0.2, 0.0), person("bob", 9.0, 1.0, 1.5, 0.35)]),
+    tick(
+        1,
+        robot=(1.05, -0.5, 3.0),
+        twist=(0.25, -0.125, 0.1),
+        people=[person("anna", 5.0, -0.2, 0.0, posture="seated"), person("bob", 9.0, 1.0, 1.5, 0.35)],
+        tracks=[track(0, 5.125, -0.25), track(4, 9.0, 1.0, velocity=(0.3, 0.0), heading=-1.5, posture="walking")],
+        frames=[IMAGE],
+        detections=[found(IMAGE, (10.5, 20.0, 41.0, 100.0), score=62.5, probability=0.875)],
+    ),
+)
+
+
+def write(hook: Hook, ticks: tuple[Tick, ...] = TICKS) -> None:
+    for one in ticks:
+        hook.record(one)
+    hook.close()
+
+
+def test_the_trace_has_a_row_per_tick_with_robot_and_people(tmp_path: Path):
+    write(TraceRecorder(tmp_path / "trace.csv", make_world("anna", "bob")))
+    assert (tmp_path / "trace.csv").read_text().splitlines() == [
+        "time,robot.x,robot.y,robot.yaw,robot.vx,robot.vy,robot.omega,"
+        "anna.x,anna.y,anna.yaw,anna.posture,bob.x,bob.y,bob.yaw,bob.posture",
+        "0.000000,1.000000,-0.500000,3.141593,0.000000,0.000000,0.000000,"
+        "5.000000,-0.200000,0.000000,standing,9.000000,1.000000,1.500000,walking",
+        "0.050000,1.050000,-0.500000,3.000000,0.250000,-0.125000,0.100000,"
+        "5.000000,-0.200000,0.000000,seated,9.000000,1.000000,1.500000,walking",
+    ]
+
+
+def test_tracks_have_a_row_each_and_an_unknown_yaw_is_empty(tmp_path: Path):
+    write(TracksRecorder(tmp_path / "tracks.csv"))
+    assert (tmp_path / "tracks.csv").read_text().splitlines() == [
+        "time,id,x,y,vx,vy,yaw,posture",
+        "0.050000,0,5.125000,-0.250000,0.000000,0.000000,,standing",
+        "0.050000,4,9.000000,1.000000,0.300000,0.000000,-1.500000,walking",
+    ]
+
+
+def test_detections_have_a_row_per_box_with_the_time_of_exposure(tmp_path: Path):
+    write(DetectionsRecorder(tmp_path / "detections.csv"))
+    assert (tmp_path / "detections.csv").read_text().splitlines() == [
+        "time,camera,x,y,width,height,score,probability",
+        "0.050000,ceiling,10.500000,20.000000,41.000000,100.000000,62.500000,0.875000",
+    ]
+
+
+def test_whole_numbers_and_numpy_numbers_are_written_like_other_numbers(tmp_path: Path):
+    write(TraceRecorder(tmp_path / "trace.csv", make_world()), (tick(0, robot=(1, 2, 0)),))
+    assert (tmp_path / "trace.csv").read_text().splitlines()[1].startswith("0.000000,1.000000,2.000000,0.000000,")
+
+
+def test_rows_are_on_disk_after_each_tick_even_if_the_run_dies(tmp_path: Path):
+    recorder = TraceRecorder(tmp_path / "trace.csv", make_world("anna", "bob"))
+    recorder.record(TICKS[0])
+    lines = (tmp_path / "trace.csv").read_text()
+    recorder.close()
+    assert lines.count("\n") == 2 and lines.endswith("walking\n")
+
+
+def test_a_failure_in_the_middle_of_a_tick_leaves_no_half_line(tmp_path: Path):
+    recorder = DetectionsRecorder(tmp_path / "detections.csv")
+    recorder.record(TICKS[1])
+    broken = found(IMAGE, (1.0, 2.0, 3.0, 4.0))
+    object.__setattr__(broken, "scores", broken.scores[:0])
+    with pytest.raises(ValueError, match="zip"):
+        recorder.record(tick(2, detections=[broken]))
+    recorder.close()
+    lines = (tmp_path / "detections.csv").read_text()
+    assert lines.endswith("\n") and all(line.count(",") == 7 for line in lines.splitlines())
+
+
+def test_equal_runs_give_equal_files(tmp_path: Path):
+    for name in ("first", "second"):
+        write(TracksRecorder(tmp_path / name))
+    assert (tmp_path / "first").read_bytes() == (tmp_path / "second").read_bytes()
