@@ -1,12 +1,14 @@
 """Package metadata: the only place that names versions, dependencies and data files."""
 
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 setup(
     name="han_bullet",
     version="0.1.0",
     description="Human-aware navigation that sees people: cameras in, considerate robot motion out",
-    long_description=open("README.md", encoding="utf-8").read(),
+    long_description=Path(__file__).with_name("README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     license="BSD-3-Clause",
     python_requires=">=3.10,<3.12",
@@ -28,6 +30,7 @@ setup(
         "safetensors>=0.4",
         "filterpy>=1.4.5",
         "matplotlib>=3.8",
+        "pillow>=10",
         "pydantic>=2.5",
         "PyYAML>=6",
         "rich>=13",

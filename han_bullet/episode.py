@@ -27,7 +27,7 @@ class Hook(ABC):
     def record(self, tick: Tick) -> None:
         """Take note of one tick."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027  (most hooks have nothing to finish)
         """Finish files; called once, also when the episode ends by an error."""
 
 

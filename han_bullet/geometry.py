@@ -72,7 +72,8 @@ class Twist2D:
 
     def linear_in_world(self, yaw: float) -> Array:
         """Return the translational velocity in the world, shape (2,) [m/s], of a body with this yaw [rad]."""
-        return rotation(yaw) @ np.array([self.vx, self.vy])
+        velocity: Array = rotation(yaw) @ np.array([self.vx, self.vy])
+        return velocity
 
 
 def rotation(angle: float) -> Array:
@@ -117,12 +118,12 @@ def look_at(position_in_world: Array, target_in_world: Array) -> Array:
 
     The columns are the camera's x (right), y (down) and z (view) axes and its position.
     """
-    forward = np.asarray(target_in_world, float) - np.asarray(position_in_world, float)
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
+    view = np.asarray(target_in_world, float) - np.asarray(position_in_world, float)
+    forward: Array = view / math.hypot(*view)
+    level = math.hypot(forward[0], forward[1])
+    right: Array = np.array([forward[1] / level, -forward[0] / level, 0.0])  # forward x up
     pose = np.eye(4)
-    pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = right, np.cross(forward, right), forward, position_in_world
+    pose[:3, :] = np.column_stack([right, np.cross(forward, right), forward, position_in_world])
     return pose
 
 
@@ -131,7 +132,8 @@ def camera_on_robot(pose_robot_in_world: Pose2D, forward: float, height: float, 
 
     Args:
         pose_robot_in_world: Where the robot stands.
-        forward, height: Mount in the body frame [m].
+        forward: Of the mount, ahead of the robot's centre [m].
+        height: Of the mount, above the floor [m].
         pitch_down: Downward tilt of the view [rad].
     """
     x, y = pose_robot_in_world.to_world(np.array([forward, 0.0]))
@@ -170,7 +172,7 @@ def floor_homography(intrinsics: Intrinsics, camera_in_world: Array) -> Array:
     rotation_world_to_camera = camera_in_world[:3, :3].T
     translation = -rotation_world_to_camera @ camera_in_world[:3, 3]
     plane = np.column_stack([rotation_world_to_camera[:, 0], rotation_world_to_camera[:, 1], translation])
-    homography: Array = np.linalg.inv(intrinsics.matrix @ plane)
+    homography: Array = np.asarray(np.linalg.inv(intrinsics.matrix @ plane), np.float64)
     return homography
 
 

@@ -38,7 +38,7 @@ class Situation:
     def update(self, observation: Observation, people: Sequence[TrackedPerson]) -> Scene:
         """Take in device messages and people.
 
-        Afterwards `changed` says whether a device or somebody's posture has changed, which calls for a new plan at once.
+        Afterwards `changed` says whether a device or somebody's posture has changed: that calls for a new plan.
         """
         self._pose_robot_in_world = observation.pose_robot_in_world
         device_changed = self._take_messages(observation)

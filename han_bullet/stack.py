@@ -9,8 +9,8 @@ from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
-from han_bullet.messages import Detections, HandOver, Observation, Path, Scan, Scene, Status, Task, TrackedPerson
 from han_bullet.geometry import Twist2D
+from han_bullet.messages import Detections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.tracking.projection import GroundProjection

@@ -8,6 +8,7 @@ view [deg], times seconds of simulation time. docs/world_file.md has an annotate
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -236,6 +237,7 @@ class HandOverTask(Part):
     kind: Literal["hand_over"] = "hand_over"
     place: Point2 = Field(description="where the person is expected [m]")
     distance: Positive = Field(0.9, description="between the centres at the stop [m]")
+    tolerance: tuple[Positive, Positive] = Field((0.15, 0.2), description="[m], [rad]")
 
 
 class SeedVariation(Part):
@@ -368,6 +370,27 @@ def _tv_box(tv: TV) -> SolidBox:
     return SolidBox(tv.name, "object", centre, np.array(tv.size), tv.facing - 0.5 * math.pi)
 
 
+class _Loader(yaml.SafeLoader):
+    """YAML in which, as in its version 1.2, only true and false are booleans: `on` is a key of ours."""
+
+    yaml_implicit_resolvers = {  # noqa: RUF012  (as the base class has it)
+        first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:bool"]
+        for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
+
+
+_Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile(r"^(true|false)$"), list("tf"))
+
+
+def read_yaml(text: str) -> Any:
+    """Return what a YAML text holds, without running anything in it.
+
+    Raises:
+        yaml.YAMLError: The text is no YAML.
+    """
+    return yaml.load(text, Loader=_Loader)
+
+
 def load_world(name_or_path: str | Path) -> World:
     """Read and check a world.
 
@@ -379,7 +402,7 @@ def load_world(name_or_path: str | Path) -> World:
     """
     path = find_world(name_or_path)
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = read_yaml(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
         raise BadInputError(f"{path}: not readable as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(document, dict):

@@ -4,17 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from han_bullet.errors import BadInputError
-from han_bullet.world_file import find_world, json_schema, load_world, parse_world, world_names
+from han_bullet.world_file import find_world, json_schema, load_world, parse_world, read_yaml, world_names
 
 DOCS = Path(__file__).parent.parent / "docs"
 
 
 @pytest.fixture
 def document() -> dict[str, Any]:
-    return copy.deepcopy(yaml.safe_load(find_world("real2").read_text()))
+    return copy.deepcopy(read_yaml(find_world("real2").read_text()))
 
 
 def test_every_shipped_world_fits_the_schema_and_bears_its_files_name() -> None:
@@ -86,6 +85,10 @@ def test_a_file_that_is_no_yaml_is_refused(tmp_path: Path) -> None:
         load_world(path)
 
 
+def test_on_is_a_key_like_any_other() -> None:
+    assert read_yaml("on: false") == {"on": False}
+
+
 def test_walls_furniture_and_devices_become_boxes_where_the_file_puts_them() -> None:
     boxes = {box.name: box for box in load_world("real2").solid_boxes()}
     assert len(boxes) == 10
@@ -100,6 +103,6 @@ def test_the_published_schema_is_the_programs_own() -> None:
 
 def test_the_annotated_example_in_the_documentation_is_a_world() -> None:
     text = (DOCS / "world_file.md").read_text()
-    example = yaml.safe_load(text.split("```yaml\n")[1].split("```")[0])
+    example = read_yaml(text.split("```yaml\n")[1].split("```")[0])
     world = parse_world(example)
     assert world.people and world.cameras and world.devices and world.sitting_areas

@@ -1,0 +1,145 @@
+"""Pictures of the scene by PyBullet's software renderer.
+
+A picture is the building's, with each body joined where it is nearer: exactly what one client with everything in it
+would give, since nothing casts shadows. But a fixed camera's building is drawn once, and a body costs no more than its
+own part of the image.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import camera_on_robot
+from han_bullet.sim.drawn_scene import DrawnBody, DrawnScene
+from han_bullet.sim.image_noise import ImageNoise
+from han_bullet.sim.lens import depth_in_buffer, visible_part, whole
+from han_bullet.sim.raster import Image, Raster, View, draw
+from han_bullet.sim.scene_state import DevicesOn, SceneState
+from han_bullet.world_file import CeilingCamera, Light, World
+
+__all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer", "SceneState"]
+
+CLOSEST = 0.25  # [m] between camera and a body's axis; the software renderer may hang inside a body
+CALIBRATION_FRAME = 2**31  # beyond the frame numbers of any episode
+
+
+class Renderer:
+    """Take pictures of a world; each depends on the scene's state and the seed alone, not on what was taken before."""
+
+    def __init__(self, world: World, seed: int) -> None:
+        """Prepare; clients are opened by the first picture.
+
+        Args:
+            world: With its light and image noise as they are.
+            seed: Of the image noise.
+        """
+        self._world = world
+        self._scene = DrawnScene(world)
+        largest = max((3 * camera.size[0] * camera.size[1] for camera in world.cameras), default=1)
+        self._noise = ImageNoise(world.image_noise, seed, largest)
+        self._camera_index = {camera.name: index for index, camera in enumerate(world.cameras)}
+        self._backgrounds: dict[tuple[str, DevicesOn], Raster] = {}
+
+    def render(self, camera_name: str, state: SceneState) -> Image:
+        """Return the picture of one camera, shape (height, width, 3), RGB.
+
+        Raises:
+            BadInputError: No camera has that name.
+        """
+        camera = self._world.camera(camera_name)
+        bodies = self._scene.people(state.people)
+        if isinstance(camera, CeilingCamera):
+            view = View(camera.intrinsics, camera.camera_in_world)
+            raster = self._background(camera, state.devices_on).copy()
+            bodies.append(self._scene.robot(state.robot))
+        else:  # without the robot: its camera looks over the base from inside the head
+            mount = (camera.forward, camera.height, camera.pitch_down)
+            view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
+            raster = self._draw_room(view, state.devices_on)
+        for body in bodies:
+            self._join(raster, body, view)
+        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
+
+    def calibration_image(self, camera_name: str) -> Image:
+        """Return the picture of a fixed camera with neither people nor robot, devices as at the start.
+
+        Raises:
+            BadInputError: No fixed camera has that name.
+        """
+        camera = self._world.camera(camera_name)
+        if not isinstance(camera, CeilingCamera):
+            raise BadInputError(f"camera {camera_name!r} moves; only a ceiling camera has a calibration image")
+        colour = self._background(camera, tuple((tv.name, tv.on) for tv in self._world.devices)).colour
+        return self._noise.add(colour, self._camera_index[camera_name], CALIBRATION_FRAME)
+
+    def close(self) -> None:
+        """Close all clients."""
+        self._scene.close()
+
+    def _background(self, camera: CeilingCamera, devices_on: DevicesOn) -> Raster:
+        key = (camera.name, devices_on)
+        if key not in self._backgrounds:
+            view = View(camera.intrinsics, camera.camera_in_world)
+            self._backgrounds[key] = self._draw_room(view, devices_on)
+        return self._backgrounds[key]
+
+    def _draw_room(self, view: View, devices_on: DevicesOn) -> Raster:
+        raster = draw(self._scene.room(devices_on), view, whole(view.intrinsics), self._world.light)
+        raster.fill_empty(_ceiling_colour(self._world.light))
+        return raster
+
+    def _join(self, raster: Raster, body: DrawnBody, view: View) -> None:
+        """Draw a body into a picture, unless it is out of view or the building hides all of it."""
+        if body.pose_in_world.distance_to(view.camera_in_world[:2, 3]) < CLOSEST:
+            return
+        part = visible_part(body.corners_in_world, view.intrinsics, view.camera_in_world)
+        if part is None:
+            return
+        crop, nearest = part
+        if raster.depth[crop.window].max() >= depth_in_buffer(nearest):
+            raster.join(draw(body.client, view, crop, self._world.light), crop)
+
+
+def _ceiling_colour(light: Light) -> tuple[int, int, int]:
+    """Return how a plain white ceiling looks.
+
+    It fills just the pixels that walls and floor leave empty; drawing it would take a fifth of a picture's time.
+    """
+    shade = light.ambient + light.diffuse * max(0.0, -light.direction[2] / float(np.linalg.norm(light.direction)))
+    red, green, blue = (min(255, round(255 * shade * part)) for part in light.colour)
+    return red, green, blue
+
+
+class FrameSource(ABC):
+    """Take pictures with several cameras at once: in this process or in others."""
+
+    @abstractmethod
+    def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
+        """Return one picture per named camera, each of shape (height, width, 3), RGB."""
+
+    @abstractmethod
+    def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
+        """Return one picture per named fixed camera, with neither people nor robot."""
+
+
+class InProcessRenderer(FrameSource):
+    """Render in this process, one camera after the other."""
+
+    def __init__(self, world: World, seed: int) -> None:
+        self.renderer = Renderer(world, seed)
+
+    def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
+        """Return one picture per named camera; see FrameSource."""
+        return [self.renderer.render(camera, state) for camera in cameras]
+
+    def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
+        """Return one picture per named fixed camera; see FrameSource."""
+        return [self.renderer.calibration_image(camera) for camera in cameras]
+
+    def close(self) -> None:
+        """Close the renderer's clients."""
+        self.renderer.close()

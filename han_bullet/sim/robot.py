@@ -1,0 +1,152 @@
+"""The robot in the physics: an omnidirectional base that follows twists with limited acceleration and limited force."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pybullet
+
+from han_bullet.geometry import Array, Pose2D, Twist2D, rotation
+from han_bullet.sim.robot_model import HEAD, WHEELS, RobotModel
+from han_bullet.sim.scene_state import RobotPosture
+from han_bullet.world_file import PHYSICS_PERIOD, Robot
+
+MAX_FORCE = 60.0  # [N]; 40 kg at 1 m/s^2 and half as much again for bends; pushes light things, stops at walls
+MAX_TORQUE = 30.0  # [N m]; several times what 3 rad/s^2 need
+WHEEL_TORQUE = 2.0  # [N m]; the wheels only turn visibly, the body is driven as a whole
+
+
+class MecanumRobot:
+    """Drive the robot by body twists.
+
+    The wheels' rollers are not simulated: a planar force and a torque on the whole body, both limited, do what they
+    would do. Friction with the floor is none, as it is for ideal rollers.
+    """
+
+    def __init__(self, client: int, settings: Robot) -> None:
+        """Load the robot into a physics client.
+
+        Args:
+            client: PyBullet client.
+            settings: Start pose and limits.
+        """
+        self._client = client
+        self._limits = settings
+        self._model = RobotModel(client, settings.urdf, settings.start_pose_in_world, fixed=False)
+        self.body = self._model.body
+        self._wheels = self._model.wheels()
+        self._target = Twist2D()
+        self._links = [-1, *range(pybullet.getNumJoints(self.body, physicsClientId=client))]
+        self._remove_friction()
+        self.mass, self._centre_of_mass, self._yaw_inertia = self._mass_properties()
+        pybullet.setJointMotorControl2(
+            self.body, self._model.joints[HEAD], pybullet.POSITION_CONTROL, 0.0, force=5.0, physicsClientId=client
+        )
+
+    def command(self, twist: Twist2D) -> None:
+        """Set the wanted twist in the body frame; beyond the limits it is scaled down to them."""
+        scale = min(1.0, self._limits.max_speed / max(twist.speed, 1e-9))
+        omega = float(np.clip(twist.omega, -self._limits.max_yaw_rate, self._limits.max_yaw_rate))
+        self._target = Twist2D(twist.vx * scale, twist.vy * scale, omega)
+
+    def drive(self) -> None:
+        """Apply the force and torque of one physics step."""
+        pose, twist = self.pose_in_world, self.twist_in_body
+        next_twist = self._ramp(twist)
+        yaw_after = pose.yaw + next_twist.omega * PHYSICS_PERIOD
+        change = next_twist.linear_in_world(yaw_after) - twist.linear_in_world(pose.yaw)
+        force = _shortened(self.mass * change / PHYSICS_PERIOD, MAX_FORCE)
+        torque = self._yaw_inertia * (next_twist.omega - twist.omega) / PHYSICS_PERIOD
+        self._push(pose, force, float(np.clip(torque, -MAX_TORQUE, MAX_TORQUE)))
+        self._turn_wheels(next_twist)
+
+    @property
+    def pose_in_world(self) -> Pose2D:
+        """Return the true pose."""
+        return self._model.pose_in_world()
+
+    @property
+    def twist_in_body(self) -> Twist2D:
+        """Return the true twist of the robot's centre."""
+        linear, angular = pybullet.getBaseVelocity(self.body, physicsClientId=self._client)
+        vx, vy = rotation(self.pose_in_world.yaw).T @ np.array(linear[:2])
+        return Twist2D(float(vx), float(vy), angular[2])
+
+    @property
+    def posture(self) -> RobotPosture:
+        """Return how the robot looks now."""
+        names = (HEAD, *WHEELS)
+        joints = [self._model.joints[name] for name in names]
+        states = pybullet.getJointStates(self.body, joints, physicsClientId=self._client)
+        head, front_left, front_right, rear_left, rear_right = (state[0] for state in states)
+        return RobotPosture(self.pose_in_world, head, (front_left, front_right, rear_left, rear_right))
+
+    def _ramp(self, twist: Twist2D) -> Twist2D:
+        """Return the twist of the next step: from the present one towards the target, within the accelerations."""
+        target, limits = self._target, self._limits
+        change = np.array([target.vx - twist.vx, target.vy - twist.vy])
+        vx, vy = np.array([twist.vx, twist.vy]) + _shortened(change, limits.max_acceleration * PHYSICS_PERIOD)
+        most = limits.max_yaw_acceleration * PHYSICS_PERIOD
+        omega = twist.omega + float(np.clip(target.omega - twist.omega, -most, most))
+        return Twist2D(float(vx), float(vy), omega)
+
+    def _push(self, pose: Pose2D, force: Array, torque: float) -> None:
+        x, y = pose.to_world(self._centre_of_mass[:2])
+        pybullet.applyExternalForce(
+            self.body,
+            -1,
+            [*force.tolist(), 0.0],
+            [x, y, self._centre_of_mass[2]],
+            pybullet.WORLD_FRAME,
+            physicsClientId=self._client,
+        )
+        pybullet.applyExternalTorque(
+            self.body, -1, [0.0, 0.0, torque], pybullet.WORLD_FRAME, physicsClientId=self._client
+        )
+
+    def _turn_wheels(self, twist: Twist2D) -> None:
+        pybullet.setJointMotorControlArray(
+            self.body,
+            [self._model.joints[name] for name in WHEELS],
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=self._wheels.speeds(twist),
+            forces=[WHEEL_TORQUE] * len(WHEELS),
+            physicsClientId=self._client,
+        )
+
+    def _remove_friction(self) -> None:
+        for link in self._links:
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                lateralFriction=0.0,
+                restitution=0.0,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                physicsClientId=self._client,
+            )
+
+    def _mass_properties(self) -> tuple[float, Array, float]:
+        """Return mass [kg], centre of mass in the body frame (3,) [m] and inertia about the vertical there [kg m^2]."""
+        infos = [pybullet.getDynamicsInfo(self.body, link, physicsClientId=self._client) for link in self._links]
+        masses = np.array([info[0] for info in infos])
+        centres = np.array([self._centre_of_link(link) for link in self._links])
+        centre = masses @ centres / masses.sum()
+        spread = np.sum((centres - centre)[:, :2] ** 2, axis=1)
+        inertia = float(sum(info[2][2] for info in infos) + masses @ spread)
+        in_body = self.pose_in_world.to_body(centre[:2])
+        return float(masses.sum()), np.array([*in_body, centre[2]]), inertia
+
+    def _centre_of_link(self, link: int) -> Array:
+        if link == -1:
+            return np.array(pybullet.getBasePositionAndOrientation(self.body, physicsClientId=self._client)[0])
+        state = pybullet.getLinkState(self.body, link, computeForwardKinematics=True, physicsClientId=self._client)
+        return np.array(state[0])
+
+
+def _shortened(vector: Array, longest: float) -> Array:
+    """Return a vector (2,), scaled down where it is longer than a limit."""
+    length = math.hypot(vector[0], vector[1])
+    return vector if length <= longest else vector * (longest / length)

@@ -1,0 +1,191 @@
+"""The simulated world: one command in, one observation out; the truth by another way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+
+import pybullet
+
+from han_bullet.geometry import Array, Twist2D, camera_on_robot
+from han_bullet.messages import Frame, Observation, Truth
+from han_bullet.sim.contacts import ContactSensor
+from han_bullet.sim.devices import Television
+from han_bullet.sim.localization import TrueLocalization
+from han_bullet.sim.pedestrian import Pedestrian
+from han_bullet.sim.renderer import FrameSource, Image
+from han_bullet.sim.robot import MecanumRobot
+from han_bullet.sim.room import CollisionRoom
+from han_bullet.sim.scene_state import SceneState
+from han_bullet.sim.trigger import RobotNow
+from han_bullet.sim.viewer import Viewer
+from han_bullet.world_file import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
+
+GRAVITY = -9.81  # [m/s^2]
+STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
+
+
+class Simulator:
+    """Simulate a world tick by tick.
+
+    Attributes:
+        world: As given.
+        cameras: The cameras in use.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        cameras: Sequence[str] | None = None,
+        renderer: FrameSource | None,
+        gui: bool = False,
+    ) -> None:
+        """Load the world; call reset before the first step.
+
+        Args:
+            world: A concrete world; nothing in here varies it.
+            cameras: Names of the cameras in use; None takes all.
+            renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
+            gui: Whether to open a window on the scene.
+
+        Raises:
+            BadInputError: A named camera, a URDF or a texture does not exist.
+        """
+        self.world = world
+        names = [camera.name for camera in world.cameras] if cameras is None else cameras
+        self.cameras: tuple[Camera, ...] = tuple(world.camera(name) for name in names)
+        self._frame_source = renderer
+        self._localization = TrueLocalization()
+        self._viewer = Viewer(world) if gui else None
+        self._client: int | None = None
+        self._load()
+
+    def reset(self) -> Observation:
+        """Put everything back to the start and return the first observation, with a frame of every camera."""
+        self._load()
+        return self._observe()
+
+    def step(self, command: Twist2D) -> Observation:
+        """Advance by one control period [0.05 s] under a command, a twist in the body frame."""
+        self._robot.command(command)
+        for _ in range(STEPS_PER_TICK):
+            self._step_physics()
+        self._tick += 1
+        for person in self._people:
+            person.pose_body(CONTROL_PERIOD)
+        return self._observe()
+
+    def request_hand_over(self, active: bool) -> None:
+        """Let the robot ask for the attention of people who then turn to it, or stop asking."""
+        self._requests_hand_over = active
+
+    @property
+    def truth(self) -> Truth:
+        """Return the simulator's own state at this tick; never part of an observation."""
+        return self._truth
+
+    @property
+    def truth_time(self) -> float:
+        """Return the time simulated so far [s]."""
+        return self._tick * CONTROL_PERIOD
+
+    @property
+    def localization_name(self) -> str:
+        """Return what the observation's pose comes from."""
+        return self._localization.name
+
+    @property
+    def render_state(self) -> SceneState:
+        """Return what a picture taken now depends on."""
+        people = tuple(person.body_pose for person in self._people)
+        return SceneState(self.truth_time, self._tick, self._robot.posture, people, self._truth.devices_on)
+
+    def close(self) -> None:
+        """Close the physics and the window; the frame source stays open."""
+        if self._client is not None:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = None
+        if self._viewer is not None:
+            self._viewer.close()
+            self._viewer = None
+
+    def __enter__(self) -> Simulator:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _load(self) -> None:
+        """Build the physics from nothing: an engine that has run before keeps caches that change the last bits."""
+        if self._client is not None:
+            pybullet.disconnect(physicsClientId=self._client)
+        self._client = client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setGravity(0.0, 0.0, GRAVITY, physicsClientId=client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=PHYSICS_PERIOD, deterministicOverlappingPairs=1, physicsClientId=client
+        )
+        room = CollisionRoom(client, self.world)
+        self._people = [Pedestrian(client, person, self.world) for person in self.world.people]
+        self._robot = MecanumRobot(client, self.world.robot)
+        self._devices = [Television(tv) for tv in self.world.devices]
+        bodies = {body: (box.name, box.kind) for body, box in room.bodies.items()}
+        bodies |= {person.body: (person.name, "person") for person in self._people}
+        self._contacts = ContactSensor(client, self._robot.body, bodies)
+        self._tick, self._step, self._requests_hand_over = 0, 0, False
+        self._truth = self._look()
+
+    def _step_physics(self) -> None:
+        robot = self._robot_now()
+        for device in self._devices:
+            device.advance(robot)
+        for person in self._people:
+            person.advance(robot, PHYSICS_PERIOD)
+        self._robot.drive()
+        pybullet.stepSimulation(physicsClientId=self._client)
+        self._contacts.sample()
+        self._step += 1
+
+    def _robot_now(self) -> RobotNow:
+        time, robot = self._step * PHYSICS_PERIOD, self._robot
+        return RobotNow(time, robot.pose_in_world, robot.twist_in_body.speed, self._requests_hand_over)
+
+    def _look(self) -> Truth:
+        return Truth(
+            self.truth_time,
+            self._robot.pose_in_world,
+            self._robot.twist_in_body,
+            tuple(person.truth for person in self._people),
+            tuple((device.name, device.on) for device in self._devices),
+            self._contacts.read(),
+        )
+
+    def _observe(self) -> Observation:
+        for device in self._devices:
+            device.advance(self._robot_now())
+        self._truth = self._look()
+        if self._viewer is not None:
+            self._viewer.show(self.render_state)
+        time = self.truth_time
+        messages = tuple(message for device in self._devices for message in device.messages(time))
+        pose = self._localization.pose(time, self._truth.pose_robot_in_world)
+        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(), messages)
+
+    def _frames(self) -> tuple[Frame, ...]:
+        due = [camera for camera in self.cameras if self._tick % camera.ticks_per_frame == 0]
+        if self._frame_source is None or not due:
+            return ()
+        images = self._frame_source.render([camera.name for camera in due], self.render_state)
+        return tuple(self._frame(camera, image, self.truth_time) for camera, image in zip(due, images, strict=True))
+
+    def _frame(self, camera: Camera, image: Image, time: float) -> Frame:
+        fixed = isinstance(camera, CeilingCamera)
+        return Frame(camera.name, time, image, camera.intrinsics, self._believed_camera_pose(camera), fixed)
+
+    def _believed_camera_pose(self, camera: Camera) -> Array:
+        if isinstance(camera, CeilingCamera):
+            return camera.camera_in_world
+        pose = self._localization.pose(self.truth_time, self._truth.pose_robot_in_world)
+        return camera_on_robot(pose, camera.forward, camera.height, camera.pitch_down)
