@@ -84,7 +84,9 @@ class NavigationStack:
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
         goal = self.situation.goal()
-        path = self.planner.update(costmap, pose.position, goal.position, observation.time, self.situation.changed)
+        path = self.planner.update(
+            costmap, pose.position, goal.position, observation.time, self.situation.changed, people
+        )
         command, status = self.follower.follow(path, goal, observation, people, costmap)
         return Decision(
             observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status

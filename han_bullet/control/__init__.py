@@ -1,0 +1,1 @@
+"""From a path to velocities of an omnidirectional base."""

@@ -1,0 +1,1 @@
+"""What the floor costs the robot: a grid, and layers that raise its costs."""

@@ -1,0 +1,44 @@
+"""The contract of a costmap layer."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from han_bullet.costmap.grid import Costmap
+from han_bullet.errors import BadInputError
+from han_bullet.messages import Scene, Seat, TrackedPerson
+
+
+class Layer(ABC):
+    """One reason why a place costs more.
+
+    Attributes:
+        name: As in `--without` and a world's `layers:` section.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def apply(self, costmap: Costmap, scene: Scene) -> None:
+        """Raise the map's costs for what is in the scene; a layer never lowers one."""
+
+
+def check_positive(layer: str, **values: float) -> None:
+    """Raise BadInputError for the first parameter of a layer that is not a positive finite number."""
+    for name, value in values.items():
+        if not 0.0 < value < math.inf:
+            raise BadInputError(f"layer {layer}: {name} is {value!r}; it must be a positive number")
+
+
+def walking_direction(person: TrackedPerson) -> float:
+    """Return where a walking person is going [rad]: the heading, or that of the velocity while it is not settled."""
+    if person.heading is not None:
+        return person.heading
+    return math.atan2(person.velocity_in_world[1], person.velocity_in_world[0])
+
+
+def seat_of(person: TrackedPerson, scene: Scene) -> Seat | None:
+    """Return the sitting area that a person is on, or None."""
+    return next((seat for seat in scene.seats if seat.name == person.seat), None)

@@ -1,0 +1,95 @@
+"""The eight layers of the paper's costmap, in order."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from han_bullet.costmap.body import BodyLayer
+from han_bullet.costmap.inflation import InflationLayer
+from han_bullet.costmap.interaction import InteractionLayer
+from han_bullet.costmap.layer import Layer
+from han_bullet.costmap.overtake import OvertakeLayer
+from han_bullet.costmap.personal_still import PersonalStillLayer
+from han_bullet.costmap.personal_walking import PersonalWalkingLayer
+from han_bullet.costmap.static import StaticLayer
+from han_bullet.costmap.visibility import VisibilityLayer
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import SolidBox
+
+STANDARD: tuple[type[Layer], ...] = (
+    StaticLayer,
+    InflationLayer,
+    BodyLayer,
+    PersonalWalkingLayer,
+    PersonalStillLayer,
+    VisibilityLayer,
+    InteractionLayer,
+    OvertakeLayer,
+)
+
+
+def layer_names() -> tuple[str, ...]:
+    """Return the names of the standard layers in the order in which they are applied."""
+    return tuple(layer.name for layer in STANDARD)
+
+
+def layer_parameters(layer: type[Layer]) -> dict[str, float]:
+    """Return the numbers of a layer that a world may set, with their defaults."""
+    keywords = inspect.signature(layer.__init__).parameters.values()
+    return {keyword.name: keyword.default for keyword in keywords if isinstance(keyword.default, float)}
+
+
+def standard_layers(
+    boxes: Sequence[SolidBox],
+    *,
+    robot_radius: float,
+    inflation_radius: float = 0.55,
+    cost_scaling_factor: float = 10.0,
+    pass_side: str = "left",
+    without: Collection[str] = (),
+    parameters: Mapping[str, Mapping[str, float]] | None = None,
+) -> list[Layer]:
+    """Build the paper's layers.
+
+    Args:
+        boxes: Walls, furniture and devices.
+        robot_radius: Of the footprint [m].
+        inflation_radius: Where the cost of walls ends [m].
+        cost_scaling_factor: Its decay [1/m].
+        pass_side: On which side of a walking person the robot overtakes, "left" or "right".
+        without: Names of layers to leave out.
+        parameters: Layer -> parameter -> value, instead of the defaults.
+
+    Raises:
+        BadInputError: An unknown layer or parameter, or a value that its layer refuses.
+    """
+    chosen = {name: dict(values) for name, values in (parameters or {}).items()}
+    _check_names(without, chosen)
+    given: dict[str, dict[str, Any]] = {
+        "static": {"boxes": boxes},
+        "inflation": {
+            "robot_radius": robot_radius,
+            "inflation_radius": inflation_radius,
+            "cost_scaling_factor": cost_scaling_factor,
+        },
+        "body": {"robot_radius": robot_radius},
+        "overtake": {"pass_side": pass_side},
+    }
+    return [
+        layer(**(given.get(layer.name, {}) | chosen.get(layer.name, {})))
+        for layer in STANDARD
+        if layer.name not in without
+    ]
+
+
+def _check_names(without: Collection[str], parameters: Mapping[str, Mapping[str, float]]) -> None:
+    known = {layer.name: layer_parameters(layer) for layer in STANDARD}
+    for name in [*without, *parameters]:
+        if name not in known:
+            raise BadInputError(f"layer {name!r} is not known; there are {', '.join(known)}")
+    for name, values in parameters.items():
+        for parameter in values:
+            if parameter not in known[name]:
+                raise BadInputError(f"layer {name}: unknown parameter {parameter!r}; it has {', '.join(known[name])}")

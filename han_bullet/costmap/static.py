@@ -1,0 +1,62 @@
+"""Walls and furniture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.costmap.grid import FREE, LETHAL, Costmap, Costs
+from han_bullet.costmap.layer import Layer, check_positive
+from han_bullet.geometry import Array, SolidBox, rotation
+from han_bullet.messages import Scene
+
+TOUCH = 1e-4  # a box that reaches no further into a cell [m] only borders on it; world files round angles
+
+
+class StaticLayer(Layer):
+    """Make every cell LETHAL whose square a solid box touches, if the robot cannot drive under the box."""
+
+    name = "static"
+
+    def __init__(self, boxes: Sequence[SolidBox], *, robot_height: float = 1.2) -> None:
+        """Take the building.
+
+        Args:
+            boxes: Walls, furniture, devices.
+            robot_height: A box whose lower side is above it is no obstacle [m]; the camera is at 1.2.
+        """
+        check_positive(self.name, robot_height=robot_height)
+        self.boxes = tuple(box for box in boxes if box.centre_in_world[2] - 0.5 * box.size[2] < robot_height)
+        self._drawn: Costs | None = None
+        self._drawn_on: tuple[float, ...] = ()
+
+    def apply(self, costmap: Costmap, scene: Scene) -> None:
+        """Raise the cells of the boxes, drawn once per grid."""
+        grid = (*costmap.shape, *costmap.origin_in_world, costmap.resolution)
+        if self._drawn is None or grid != self._drawn_on:
+            self._drawn, self._drawn_on = self._draw(costmap), grid
+        costmap.raise_building_to(self._drawn)
+
+    def _draw(self, costmap: Costmap) -> Costs:
+        drawn = np.full(costmap.shape, FREE, np.uint8)
+        for box in self.boxes:
+            window, x, y = costmap.centres_in_window(box.centre_in_world[:2], float(np.hypot(*box.size[:2])))
+            drawn[window][_touched(box, x, y, costmap.resolution)] = LETHAL
+        return drawn
+
+
+def _touched(box: SolidBox, x: Array, y: Array, resolution: float) -> NDArray[np.bool_]:
+    """Tell which cells with centres x, (1, columns), and y, (rows, 1) [m], overlap a box (separating axes)."""
+    half_box, half_cell = 0.5 * box.size[:2], 0.5 * resolution
+    turn = rotation(box.yaw)
+    grown = np.abs(turn)  # the half extents of a unit square of one frame along the axes of the other
+    dx, dy = x - box.centre_in_world[0], y - box.centre_in_world[1]
+    reach_x, reach_y = grown @ half_box + half_cell - TOUCH
+    u, v = turn[0, 0] * dx + turn[1, 0] * dy, turn[0, 1] * dx + turn[1, 1] * dy
+    reach_u, reach_v = half_box + grown.sum(axis=0) * half_cell - TOUCH
+    overlap: NDArray[np.bool_] = (
+        (np.abs(dx) < reach_x) & (np.abs(dy) < reach_y) & (np.abs(u) < reach_u) & (np.abs(v) < reach_v)
+    )
+    return overlap

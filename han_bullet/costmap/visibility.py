@@ -1,0 +1,39 @@
+"""The space behind people who sit (g3)."""
+
+from __future__ import annotations
+
+import math
+
+from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layer import Layer, check_positive, seat_of
+from han_bullet.costmap.shapes import raise_asym_gauss
+from han_bullet.messages import Posture, Scene, TrackedPerson
+
+
+class VisibilityLayer(Layer):
+    """g3 = asymGauss(heading - pi; 1.2, 0.8, 0.006): passing unseen behind a seated person is uncomfortable."""
+
+    name = "visibility"
+
+    def __init__(self, *, behind: float = 1.2, side: float = 0.8, front: float = 0.006) -> None:
+        """Configure the standard deviations [m] behind, beside and in front of the person."""
+        check_positive(self.name, behind=behind, side=side, front=front)
+        self.behind = behind
+        self.side = side
+        self.front = front
+
+    def apply(self, costmap: Costmap, scene: Scene) -> None:
+        """Raise the space behind seated people; without any known facing there is no behind."""
+        for person in scene.people:
+            facing = _facing(person, scene)
+            if person.posture is Posture.SEATED and facing is not None:
+                raise_asym_gauss(
+                    costmap, person.position_in_world, facing - math.pi, self.behind, self.side, self.front
+                )
+
+
+def _facing(person: TrackedPerson, scene: Scene) -> float | None:
+    if person.heading is not None:
+        return person.heading
+    seat = seat_of(person, scene)
+    return None if seat is None else seat.facing

@@ -1,0 +1,1 @@
+"""The cheapest way over a costmap."""
