@@ -69,7 +69,11 @@ class RobotModel:
         start = [pose_in_world.x, pose_in_world.y, 0.0]
         quaternion = yaw_quaternion(pose_in_world.yaw)
         path = str(urdf_path(urdf))
-        self.body: int = pybullet.loadURDF(path, start, quaternion, useFixedBase=fixed, physicsClientId=client)
+        # Without these flags a cylinder becomes a hull of points and the inertia is made up from it.
+        flags = pybullet.URDF_USE_IMPLICIT_CYLINDER | pybullet.URDF_USE_INERTIA_FROM_FILE
+        self.body: int = pybullet.loadURDF(
+            path, start, quaternion, useFixedBase=fixed, flags=flags, physicsClientId=client
+        )
         self.joints = self._joints_by_name()
         missing = sorted({*WHEELS, HEAD} - set(self.joints))
         if missing:
