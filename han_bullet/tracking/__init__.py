@@ -1,0 +1,1 @@
+"""People on the floor: ground projection, association, Kalman filter, posture, the tracker."""

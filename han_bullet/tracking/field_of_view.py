@@ -1,0 +1,107 @@
+"""What a camera can see: whether a person at some place would be found in its image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.geometry import Array, Pose2D, SolidBox, project
+from han_bullet.messages import Frame
+
+# Of the person whose sight is asked for [m].
+BODY_HEIGHT = 1.75
+# Height that walls and furniture must not hide [m]: with less than half a person the detector finds nobody.
+BODY_MIDDLE = 0.9
+# Height that robot and other people must not hide [m]: whoever stands behind somebody is found badly or too near.
+KNEES = 0.5
+# Least height in the image [px]: of whoever is smaller the detector may give its smallest box, of 100 px, which is no
+# measurement (`projection.SMALLEST_BOX`).
+SMALLEST = 114.0
+# Between a whole person and the image's borders [px].
+IMAGE_MARGIN = 6.0
+# Of the cylinder around the robot's body [m].
+ROBOT_RADIUS, ROBOT_HEIGHT = 0.35, 1.1
+# Of the cylinder around another person [m].
+PERSON_RADIUS, PERSON_HEIGHT = 0.25, 1.7
+
+
+class FieldOfView:
+    """Tell where a missing detection means that nobody is there.
+
+    Args:
+        obstacles: Walls and furniture of the map.
+    """
+
+    def __init__(self, obstacles: Sequence[SolidBox] = ()) -> None:
+        self.obstacles = tuple(obstacles)
+
+    def sees(self, frame: Frame, positions: Array, *, robot: Pose2D | None = None) -> NDArray[np.bool_]:
+        """Tell at which floor points, shape (n, 2) [m], a standing person would be found in the frame.
+
+        Args:
+            frame: The camera; its pixels are not looked at.
+            positions: Where somebody may stand.
+            robot: Whose body hides what is behind it; None, or a moving camera (it rides on the robot): nothing.
+        """
+        if not len(positions):
+            return np.zeros(0, bool)
+        visible = self._fits_in_image(frame, positions)
+        if frame.fixed and robot is not None:
+            visible &= ~hidden_by_cylinder(frame, positions, robot.position, ROBOT_RADIUS, ROBOT_HEIGHT)
+        if not visible.any():
+            return visible
+        eye, middles = frame.camera_in_world[:3, 3], _at_height(positions, BODY_MIDDLE)
+        for box in self.obstacles:
+            if box.contains(eye[:2]):  # the camera is let into it, or hangs above
+                continue
+            visible &= ~box.blocks(eye, middles)
+        return visible
+
+    def hidden_by_people(self, frame: Frame, positions: Array, people: Array) -> NDArray[np.bool_]:
+        """Tell at which floor points, shape (n, 2) [m], people at other floor points, (k, 2) [m], hide somebody."""
+        hidden = np.zeros(len(positions), bool)
+        for person in people:
+            hidden |= hidden_by_cylinder(frame, positions, person, PERSON_RADIUS, PERSON_HEIGHT)
+        return hidden
+
+    def _fits_in_image(self, frame: Frame, positions: Array) -> NDArray[np.bool_]:
+        bodies = np.stack([_at_height(positions, 0.0), _at_height(positions, BODY_HEIGHT)])
+        ends, depths = project(bodies, frame.intrinsics, frame.camera_in_world)
+        size = np.array([frame.intrinsics.width, frame.intrinsics.height])
+        inside = ((ends >= IMAGE_MARGIN) & (ends <= size - IMAGE_MARGIN)).all(axis=(0, 2))
+        tall = ends[0, :, 1] - ends[1, :, 1] >= SMALLEST
+        fits: NDArray[np.bool_] = inside & tall & (depths > 0.0).all(axis=0)
+        return fits
+
+
+def hidden_by_cylinder(
+    frame: Frame, positions: Array, centre: Array, radius: float, height: float
+) -> NDArray[np.bool_]:
+    """Tell at which floor points, shape (n, 2) [m], an upright cylinder on the floor hides a person's knees.
+
+    The line of sight sinks from the camera to the knees, so it is hidden where it is lower than the cylinder when it
+    passes the cylinder's axis most closely. Only somebody farther from the camera than the whole cylinder is hidden, so
+    nobody hides themselves.
+
+    Args:
+        frame: The camera.
+        positions: Where somebody may stand.
+        centre: Of the cylinder, shape (2,) [m].
+        radius: Of the cylinder [m].
+        height: Of the cylinder [m].
+    """
+    eye = frame.camera_in_world[:3, 3]
+    along = positions - eye[:2]
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
+    share = (along @ (centre - eye[:2])) / length**2
+    gap = np.linalg.norm(eye[:2] + share[:, None] * along - centre, axis=1)
+    level = eye[2] + share * (KNEES - eye[2])
+    hidden: NDArray[np.bool_] = (share > 0.0) & (length * (1.0 - share) > radius) & (gap < radius) & (level < height)
+    return hidden
+
+
+def _at_height(positions: Array, height: float) -> Array:
+    """Return points (n, 3) [m] above floor points (n, 2)."""
+    return np.column_stack([positions, np.full(len(positions), height)])

@@ -1,0 +1,199 @@
+"""One track: what the tracker believes about one person, and what became of that belief."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from han_bullet.geometry import Array
+from han_bullet.messages import Posture, Scan, Seat, TrackedPerson
+from han_bullet.tracking.association import MAHALANOBIS_GATE
+from han_bullet.tracking.kalman import ConstantVelocity, MotionState
+from han_bullet.tracking.posture import PostureEstimator
+from han_bullet.tracking.seats import in_sitting_area
+
+HITS_TO_CONFIRM = 3
+# Time that the hits of a confirmation may span [s]: one frame in five may be missing at 10 Hz.
+CONFIRM_WITHIN = 0.5
+# [s].
+YOUNG_AGE = 2.0
+# Without a hit while in view, of a track younger than `YOUNG_AGE` [s]: ghosts go soon.
+YOUNG_LIFE = 0.6
+# Without a hit while in view [s]: a walker is soon elsewhere, a seated person is the hardest to detect.
+LIVES = {Posture.WALKING: 1.5, Posture.STANDING: 3.0, Posture.SEATED: 10.0}
+# Outside every view, or hidden [s]; a seated person's is as long as in view, for they stay.
+OUTSIDE_LIFE = 3.0
+# Closer than this two people cannot walk [m].
+DUPLICATE_DISTANCE = 0.4
+# Who appears this near to somebody who is no longer where they were, is that somebody [m].
+STEP_ASIDE = 1.0
+# In view without a hit for so long is "no longer where they were" [s]: with one frame in ten missed, a chance of 1e-3.
+LOST_AFTER = 0.3
+# How long it is remembered that one image showed two people [s].
+MEMORY = 2.0
+# Two frames farther apart than this do not show what was between them [s].
+LONGEST_FRAME_GAP = 0.25
+
+
+@dataclass(frozen=True)
+class TrackRecord:
+    """The life of a track, as plain data.
+
+    Attributes:
+        id: None if it was never confirmed.
+        born_time: [s].
+        born_by: Camera of the first hit.
+        born_at: Position of the first hit in the world, (x, y) [m].
+        confirmed_time: [s], None if never.
+        hits, misses: Camera -> number of scans.
+        ended_time: [s], None while it lives.
+        reason: Why it ended, None while it lives.
+    """
+
+    id: int | None
+    born_time: float
+    born_by: str
+    born_at: tuple[float, float]
+    confirmed_time: float | None
+    hits: dict[str, int]
+    misses: dict[str, int]
+    ended_time: float | None = None
+    reason: str | None = None
+
+
+class Track:
+    """Somebody whom the cameras may have seen; belongs to one tracker.
+
+    Args:
+        scan: Of the first hit.
+        measurement: Row of the first hit in it.
+        motion: How people move.
+        seats: Sitting areas of the map.
+    """
+
+    def __init__(self, scan: Scan, measurement: int, motion: ConstantVelocity, seats: Sequence[Seat]) -> None:
+        self.id: int | None = None
+        self.motion = motion
+        self.posture = PostureEstimator(seats)
+        self.time = self.born_time = scan.time
+        self.born_by = scan.camera
+        self.born_at = scan.positions[measurement]
+        self.state = motion.start(scan.positions[measurement], scan.covariances[measurement])
+        self.confirmed_time: float | None = None
+        self.hits: dict[str, int] = {}
+        self.misses: dict[str, int] = {}
+        self._images: list[tuple[float, str]] = []
+        self._note_hit(scan)
+
+    @property
+    def confirmed(self) -> bool:
+        """Tell whether the track has had enough hits to be a person."""
+        return self.confirmed_time is not None
+
+    def advance(self, time: float) -> None:
+        """Predict to a time [s]; an earlier one than the track's changes nothing."""
+        self.state = self.motion.predict(self.state, time - self.time)
+        self.time = max(self.time, time)
+
+    def hit(self, scan: Scan, measurement: int) -> None:
+        """Correct by a measurement of a scan at the track's time."""
+        self.state = self.motion.correct(self.state, scan.positions[measurement], scan.covariances[measurement])
+        self._note_hit(scan)
+
+    def _note_hit(self, scan: Scan) -> None:
+        self.last_hit = self._in_view_until = scan.time
+        self.missed_for = 0.0
+        self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
+        self._images = [*(image for image in self._images if image[0] >= scan.time - MEMORY), (scan.time, scan.camera)]
+        recent = [time for time, _ in self._images if time >= scan.time - CONFIRM_WITHIN - 1e-9]
+        if not self.confirmed and len(recent) >= HITS_TO_CONFIRM:
+            self.confirmed_time = scan.time
+
+    def miss(self, scan: Scan) -> None:
+        """Take note that a scan should have shown the person and did not."""
+        self.missed_for += min(max(scan.time - self._in_view_until, 0.0), LONGEST_FRAME_GAP)
+        self._in_view_until = max(self._in_view_until, scan.time)
+        self.misses[scan.camera] = self.misses.get(scan.camera, 0) + 1
+
+    def reason_to_end(self, time: float) -> str | None:
+        """Return why the track should end at a time [s], or None."""
+        life = LIVES[self.posture.stance.posture]
+        if self.last_hit - self.born_time < YOUNG_AGE:
+            life = YOUNG_LIFE
+        if self.missed_for > life + 1e-9:
+            return f"in view without a hit for {self.missed_for:.2f} s"
+        outside = time - self._in_view_until
+        if outside > max(OUTSIDE_LIFE, life) + 1e-9:
+            return f"outside every view for {outside:.2f} s"
+        return None
+
+    def is_duplicate_of(self, older: Track) -> bool:
+        """Tell whether an older track is the same person: close, as fast, and not apart in one image.
+
+        Of a track that is not confirmed, an image of both is taken for a second box around the same person.
+        """
+        if self._distance_to(older.state.position) >= DUPLICATE_DISTANCE:
+            return False
+        if self.confirmed and self._shares_image_with(older):
+            return False
+        difference = self.state.velocity - older.state.velocity
+        spread = self.state.velocity_covariance + older.state.velocity_covariance
+        return bool(difference @ np.linalg.solve(spread, difference) <= MAHALANOBIS_GATE)
+
+    def continues(self, older: Track) -> bool:
+        """Tell whether this track is the person whom an older one has lost, having set off or got up from a seat.
+
+        It must have begun not long ago, close to the older one, which since then is in view without hits.
+        """
+        if not self.confirmed or self.time - self.born_time > YOUNG_AGE or older.missed_for < LOST_AFTER - 1e-9:
+            return False
+        if self._shares_image_with(older):
+            return False
+        seat = older.posture.stance.seat
+        if seat is not None and in_sitting_area(seat, self.born_at, STEP_ASIDE):
+            return True
+        return bool(np.hypot(*(older.state.position - self.born_at)) < STEP_ASIDE)
+
+    def _distance_to(self, position: Array) -> float:
+        return float(np.hypot(*(self.state.position - position)))
+
+    def _shares_image_with(self, other: Track) -> bool:
+        """Tell whether one image of the last seconds showed two people, this one and the other."""
+        return not set(self._images).isdisjoint(other._images)
+
+    def absorb(self, other: Track) -> None:
+        """Take over what another track of the same person knows better."""
+        if np.trace(other.state.position_covariance) < np.trace(self.state.position_covariance):
+            self.state = other.state
+        self._images = sorted({*self._images, *other._images})
+        self.last_hit = max(self.last_hit, other.last_hit)
+        self._in_view_until = max(self._in_view_until, other._in_view_until)
+        self.missed_for = min(self.missed_for, other.missed_for)
+
+    def person(self, time: float) -> TrackedPerson:
+        """Return the confirmed track as a person at a time [s]."""
+        assert self.id is not None, "only confirmed tracks are people"
+        state, stance = self.motion.predict(self.state, time - self.time), self.posture.stance
+        if stance.seat is not None:
+            state = MotionState(np.array([*stance.seat.position_in_world, 0.0, 0.0]), state.covariance)
+        name = None if stance.seat is None else stance.seat.name
+        return TrackedPerson(
+            self.id, time, state.position, state.velocity, state.covariance, stance.posture, stance.heading, name
+        )
+
+    def record(self, ended_time: float | None = None, reason: str | None = None) -> TrackRecord:
+        """Return the track's life so far."""
+        born_at = (float(self.born_at[0]), float(self.born_at[1]))
+        return TrackRecord(
+            self.id,
+            self.born_time,
+            self.born_by,
+            born_at,
+            self.confirmed_time,
+            dict(self.hits),
+            dict(self.misses),
+            ended_time,
+            reason,
+        )

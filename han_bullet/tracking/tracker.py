@@ -1,0 +1,144 @@
+"""From scans of several cameras to people with ids: the contract and the tracker itself."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.messages import Scan, Seat, TrackedPerson
+from han_bullet.tracking.association import Association, gate
+from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.tracking.kalman import ConstantVelocity
+from han_bullet.tracking.nnjpda import Nnjpda
+from han_bullet.tracking.track import Track, TrackRecord
+
+# Of ended tracks, so that a run of days does not fill the memory.
+KEPT_RECORDS = 1000
+
+
+class PeopleTracker(ABC):
+    """Something that knows where people are from what the cameras found."""
+
+    @abstractmethod
+    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
+        """Take in the scans of one tick, often none, and return the people at a time [s], in the order of their ids."""
+
+
+class MultiCameraTracker(PeopleTracker):
+    """Track people over several cameras: predict, associate, correct, count misses, begin and end [Mateus2019].
+
+    The scans of a tick are applied one after another in time order. A frame that should have shown a person and does
+    not is a miss; a person outside a camera's view, or hidden from it, is none of its business.
+
+    Args:
+        field_of_view: What the cameras can see.
+        seats: Sitting areas of the map.
+        association: Which track takes which measurement; None: NNJPDA.
+        motion: How people move; None: constant velocity with its usual acceleration.
+    """
+
+    def __init__(
+        self,
+        *,
+        field_of_view: FieldOfView,
+        seats: Sequence[Seat] = (),
+        association: Association | None = None,
+        motion: ConstantVelocity | None = None,
+    ) -> None:
+        self.field_of_view = field_of_view
+        self.seats = tuple(seats)
+        self.association = association or Nnjpda()
+        self.motion = motion or ConstantVelocity()
+        self._tracks: list[Track] = []
+        self._next_id = 0
+        self._ended: deque[TrackRecord] = deque(maxlen=KEPT_RECORDS)
+
+    @property
+    def records(self) -> tuple[TrackRecord, ...]:
+        """Return the lives of all tracks, confirmed or not: those that ended, in that order, then the living."""
+        return (*self._ended, *(track.record() for track in self._tracks))
+
+    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
+        """Return the confirmed people; see `PeopleTracker.update`."""
+        for scan in sorted(scans, key=lambda scan: scan.time):
+            self._take(scan)
+            self._merge(scan.time)
+        for track in self._tracks:
+            if scans and track.last_hit == track.time:  # coasting says nothing new of what a person does
+                track.posture.update(track.time, track.state)
+        self._end(time)
+        return tuple(sorted((t.person(time) for t in self._tracks if t.id is not None), key=lambda person: person.id))
+
+    def _take(self, scan: Scan) -> None:
+        """Apply one scan to all tracks, and begin tracks for what is left of it."""
+        for track in self._tracks:
+            track.advance(scan.time)
+        pairs = self._assign(scan)
+        unseen = [track for row, track in enumerate(self._tracks) if row not in pairs]
+        for track, in_view in zip(unseen, self._in_view(unseen, scan), strict=True):
+            if in_view:
+                track.miss(scan)
+        for row, measurement in sorted(pairs.items()):
+            self._tracks[row].hit(scan, measurement)
+            self._name(self._tracks[row])
+        for measurement in sorted(set(range(len(scan.positions))) - set(pairs.values())):
+            self._tracks.append(Track(scan, measurement, self.motion, self.seats))
+
+    def _assign(self, scan: Scan) -> dict[int, int]:
+        """Return track row -> measurement row: confirmed people choose first, tracks on trial among what they leave."""
+        pairs: dict[int, int] = {}
+        for confirmed in (True, False):
+            rows = [row for row, track in enumerate(self._tracks) if track.confirmed is confirmed]
+            left = [k for k in range(len(scan.positions)) if k not in pairs.values()]
+            if rows and left:
+                means = np.array([self._tracks[row].state.position for row in rows])
+                covariances = np.array([self._tracks[row].state.position_covariance for row in rows])
+                chosen = self.association.assign(gate(means, covariances, scan.positions[left], scan.covariances[left]))
+                pairs.update({rows[i]: left[j] for i, j in chosen})
+        return pairs
+
+    def _in_view(self, tracks: Sequence[Track], scan: Scan) -> NDArray[np.bool_]:
+        """Tell which tracks the scan's camera would show, shape (number of tracks,)."""
+        positions = np.array([track.state.position for track in tracks]).reshape(-1, 2)
+        in_view = self.field_of_view.sees(scan.frame, positions, robot=scan.pose_robot_in_world)
+        if in_view.any():
+            people = np.array([track.state.position for track in self._tracks if track.confirmed]).reshape(-1, 2)
+            in_view &= ~self.field_of_view.hidden_by_people(scan.frame, positions, people)
+        return in_view
+
+    def _name(self, track: Track) -> None:
+        """Give a track its id at its confirmation."""
+        if track.confirmed and track.id is None:
+            track.id = self._next_id
+            self._next_id += 1
+
+    def _merge(self, time: float) -> None:
+        """Let the older of two tracks of one person absorb the younger."""
+        by_age = sorted(self._tracks, key=lambda t: (not t.confirmed, t.id or 0, t.born_time))
+        for k, older in enumerate(by_age):
+            for younger in by_age[k + 1 :]:
+                if older not in self._tracks or younger not in self._tracks:
+                    continue
+                if younger.is_duplicate_of(older):
+                    self._join(older, younger, time, "the same person as an older track")
+                elif younger.continues(older):
+                    self._join(older, younger, time, "where the person of an older track went")
+
+    def _join(self, older: Track, younger: Track, time: float, reason: str) -> None:
+        older.absorb(younger)
+        self._remove(younger, time, f"{reason}, {older.id}" if older.confirmed else reason)
+
+    def _end(self, time: float) -> None:
+        """End the tracks that have been without a hit for too long."""
+        for track in tuple(self._tracks):
+            reason = track.reason_to_end(time)
+            if reason is not None:
+                self._remove(track, time, reason)
+
+    def _remove(self, track: Track, time: float, reason: str) -> None:
+        self._tracks.remove(track)
+        self._ended.append(track.record(time, reason))

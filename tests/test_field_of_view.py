@@ -1,0 +1,76 @@
+"""What a camera sees: whole, tall enough, not hidden."""
+
+import math
+
+import numpy as np
+import pytest
+
+from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at, project
+from han_bullet.messages import Frame
+from han_bullet.tracking.field_of_view import FieldOfView
+
+INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
+EMPTY = np.zeros((480, 640, 3), np.uint8)
+
+
+def camera(position: list[float], target: list[float], fixed: bool = True) -> Frame:
+    return Frame("camera", 0.0, EMPTY, INTRINSICS, look_at(np.array(position), np.array(target)), fixed)
+
+
+CEILING = camera([0.2, 0.0, 2.6], [6.2, 0.0, 0.9])
+OPEN = FieldOfView()
+
+
+def at(*places: tuple[float, float]) -> Array:
+    return np.array(places, float).reshape(-1, 2)
+
+
+def test_a_ceiling_camera_sees_whole_people_from_its_lower_border_to_where_they_are_114_pixels_tall() -> None:
+    places = np.column_stack([np.arange(0.5, 14.0, 0.05), np.zeros(270)])
+    seen = places[OPEN.sees(CEILING, places), 0]
+    assert np.diff(seen) == pytest.approx(0.05)
+    foot = project(np.array([seen[0], 0.0, 0.0]), INTRINSICS, CEILING.camera_in_world)[0]
+    assert 466.0 < foot[1] <= 474.0
+    ends = project(np.array([[seen[-1], 0.0, 0.0], [seen[-1], 0.0, 1.75]]), INTRINSICS, CEILING.camera_in_world)[0]
+    assert 114.0 <= ends[0, 1] - ends[1, 1] < 115.0
+    assert seen[0] == pytest.approx(3.6, abs=0.2)
+    assert seen[-1] == pytest.approx(8.9, abs=0.2)
+
+
+def test_nobody_is_seen_behind_the_camera_or_beside_the_image() -> None:
+    assert OPEN.sees(CEILING, at((-5.0, 0.0), (4.0, 3.0), (6.0, 0.0))).tolist() == [False, False, True]
+
+
+def test_walls_hide_people_and_a_low_couch_does_not() -> None:
+    wall = SolidBox("wall0", "wall", np.array([5.0, 0.5, 1.4]), np.array([0.1, 1.0, 2.8]), 0.0)
+    couch = SolidBox("couch", "object", np.array([5.0, -0.5, 0.4]), np.array([0.8, 1.0, 0.8]), 0.0)
+    view = FieldOfView([wall, couch])
+    assert OPEN.sees(CEILING, at((7.0, 0.5), (7.0, -0.5))).tolist() == [True, True]
+    assert view.sees(CEILING, at((7.0, 0.5), (7.0, -0.5), (4.5, 0.3))).tolist() == [False, True, True]
+
+
+def test_a_camera_let_into_a_wall_is_not_blind() -> None:
+    wall = SolidBox("wall0", "wall", np.array([0.2, 0.0, 1.4]), np.array([0.1, 3.0, 2.8]), 0.0)
+    assert FieldOfView([wall]).sees(CEILING, at((6.0, 0.0))).tolist() == [True]
+
+
+def test_the_robot_hides_who_stands_close_behind_it_from_a_ceiling_camera() -> None:
+    robot = Pose2D(5.0, 0.0, 0.0)
+    places = at((5.7, 0.0), (5.7, 0.8), (4.3, 0.0), (8.5, 0.0))
+    # 3.5 m behind, the line of sight to the knees passes 1.4 m over the floor where the robot stands.
+    assert OPEN.sees(CEILING, places, robot=robot).tolist() == [False, True, True, True]
+    assert OPEN.sees(CEILING, places).all()
+
+
+def test_the_camera_on_the_robot_is_not_hidden_by_the_robot() -> None:
+    onboard = camera([1.0, 0.0, 1.2], [5.0, 0.0, 1.0], fixed=False)
+    assert OPEN.sees(onboard, at((5.0, 0.0)), robot=Pose2D(0.75, 0.0, 0.0)).tolist() == [True]
+
+
+def test_people_hide_others_behind_them_and_nobody_hides_themselves() -> None:
+    people = at((5.0, 0.0), (5.8, 0.1), (5.8, 0.9))
+    assert OPEN.hidden_by_people(CEILING, people, people).tolist() == [False, True, False]
+
+
+def test_no_places_give_no_answers() -> None:
+    assert OPEN.sees(CEILING, np.zeros((0, 2))).shape == (0,)

@@ -1,0 +1,128 @@
+"""Association: exact marginals against brute force, and who takes what."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from han_bullet.tracking.association import (
+    Association,
+    Gating,
+    GlobalNearestNeighbour,
+    NearestNeighbour,
+    gate,
+)
+from han_bullet.tracking.nnjpda import Nnjpda, clusters
+
+NNJPDA = Nnjpda()
+
+
+def scene(tracks: list[tuple[float, float]], measurements: list[tuple[float, float]], sigma: float = 0.2) -> Gating:
+    """Gate tracks and measurements [m] that all have the same deviation [m]."""
+    noise = sigma**2 * np.eye(2)
+    return gate(
+        np.array(tracks, float).reshape(-1, 2),
+        np.broadcast_to(noise, (len(tracks), 2, 2)),
+        np.array(measurements, float).reshape(-1, 2),
+        np.broadcast_to(noise, (len(measurements), 2, 2)),
+    )
+
+
+def brute_force(gating: Gating) -> np.ndarray:
+    """Sum the probability of every joint event, one by one."""
+    n, m = gating.inside.shape
+    beta = np.zeros((n, m + 1))
+    for event in product(range(m + 1), repeat=n):
+        used = [column for column in event if column]
+        if len(set(used)) < len(used) or any(c and not gating.inside[i, c - 1] for i, c in enumerate(event)):
+            continue
+        probability = 1.0
+        for i, column in enumerate(event):
+            probability *= 0.9 * gating.density[i, column - 1] / 0.005 if column else 1.0 - 0.9 * 0.99
+        for i, column in enumerate(event):
+            beta[i, column] += probability
+    return beta / beta.sum(axis=1, keepdims=True)
+
+
+points = st.lists(st.tuples(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9)), min_size=1, max_size=4)
+
+
+@settings(max_examples=150, deadline=None)
+@given(points, points, st.floats(0.05, 0.5))
+def test_marginals_equal_those_of_every_joint_event(
+    tracks: list[tuple[float, float]], measurements: list[tuple[float, float]], sigma: float
+) -> None:
+    gating = scene(tracks, measurements, sigma)
+    beta = NNJPDA.marginals(gating)
+    assert beta == pytest.approx(brute_force(gating), abs=1e-9)
+    assert beta.sum(axis=1) == pytest.approx(np.ones(len(tracks)), abs=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(points, points, st.sampled_from([NNJPDA, NearestNeighbour(), GlobalNearestNeighbour()]))
+def test_every_association_pairs_each_row_once_and_only_inside_the_gates(
+    tracks: list[tuple[float, float]], measurements: list[tuple[float, float]], association: Association
+) -> None:
+    gating = scene(tracks, measurements)
+    pairs = association.assign(gating)
+    assert list(pairs) == sorted(pairs)
+    assert len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs)
+    assert all(gating.inside[pair] for pair in pairs)
+
+
+def test_twenty_people_in_a_row_whose_gates_overlap_are_still_summed_exactly() -> None:
+    places = [(0.7 * k, 0.0) for k in range(20)]
+    gating = scene(places, [(x + 0.05, 0.0) for x, _ in places])
+    assert len(clusters(gating.inside)) == 1
+    beta = NNJPDA.marginals(gating)
+    assert beta.sum(axis=1) == pytest.approx(np.ones(20), abs=1e-12)
+    assert NNJPDA.assign(gating) == tuple((k, k) for k in range(20))
+    # Column sums: no measurement belongs to more than one person.
+    assert beta[:, 1:].sum(axis=0).max() <= 1.0 + 1e-12
+
+
+def test_people_far_apart_are_separate_clusters() -> None:
+    groups = clusters(scene([(0, 0), (5, 0), (5.5, 0)], [(0.1, 0), (5.2, 0), (9, 0)]).inside)
+    assert [(g.tolist(), m.tolist()) for g, m in groups] == [([0], [0]), ([1, 2], [1])]
+
+
+def test_a_measurement_more_than_a_metre_away_is_nobodys_even_of_a_very_uncertain_track() -> None:
+    gating = scene([(0, 0)], [(1.05, 0), (0.95, 0)], sigma=2.0)
+    assert gating.squared_mahalanobis.max() < 9.21
+    assert gating.inside.tolist() == [[False, True]]
+
+
+def test_a_measurement_beyond_the_mahalanobis_gate_is_nobodys_even_when_close() -> None:
+    gating = scene([(0, 0)], [(0.5, 0)], sigma=0.1)
+    assert gating.squared_mahalanobis[0, 0] == pytest.approx(12.5)
+    assert not gating.inside.any()
+    for association in (NNJPDA, NearestNeighbour(), GlobalNearestNeighbour()):
+        assert association.assign(gating) == ()
+
+
+def test_a_pair_less_probable_than_no_measurement_does_not_stand() -> None:
+    # At 2.9 deviations of 0.2 m the density is 0.06 per square metre; with one false positive per square metre,
+    # "missed" (0.109) outweighs 0.9 * 0.06.
+    gating = scene([(0, 0)], [(0.58, 0)], sigma=0.2 / np.sqrt(2))
+    assert gating.inside.all()
+    crowded = Nnjpda(clutter_density=1.0)
+    assert crowded.marginals(gating)[0, 1] < crowded.marginals(gating)[0, 0]
+    assert crowded.assign(gating) == ()
+    assert NNJPDA.assign(gating) == ((0, 0),)
+
+
+def test_the_nearest_neighbour_takes_what_another_needs_and_the_joint_rules_do_not() -> None:
+    # Track 0 lies a little closer to measurement 0, which is the only one that track 1 can have.
+    gating = scene([(0.0, 0.0), (0.75, 0.0)], [(0.36, 0.0), (-0.40, 0.0)])
+    assert gating.inside.tolist() == [[True, True], [True, False]]
+    assert NearestNeighbour().assign(gating) == ((0, 0),)
+    assert GlobalNearestNeighbour().assign(gating) == ((0, 1), (1, 0))
+    assert NNJPDA.assign(gating) == ((0, 1), (1, 0))
+
+
+def test_without_tracks_or_measurements_there_are_no_pairs() -> None:
+    for association in (NNJPDA, NearestNeighbour(), GlobalNearestNeighbour()):
+        assert association.assign(scene([], [(0, 0)])) == ()
+        assert association.assign(scene([(0, 0)], [])) == ()

@@ -1,0 +1,153 @@
+"""From boxes to the floor: places, covariances, and what is dropped."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, look_at, project
+from han_bullet.messages import Detections, Frame, Scan, Seat
+from han_bullet.tracking.projection import BODY_DEVIATION, GroundProjection
+from han_bullet.world_file import FloorArea
+
+INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
+CEILING = look_at(np.array([0.2, 0.0, 2.6]), np.array([6.2, 0.0, 0.9]))
+FAR_AWAY = Pose2D(-50.0, 0.0, 0.0)
+FRAME = Frame("camera1", 1.5, np.zeros((480, 640, 3), np.uint8), INTRINSICS, CEILING, True)
+
+
+def box_of(x: float, y: float, height: float = 1.75) -> list[float]:
+    """Return the box [px] of a person of a height [m] who stands at (x, y) [m]."""
+    foot, head = project(np.array([[x, y, 0.0], [x, y, height]]), INTRINSICS, CEILING)[0]
+    tall = foot[1] - head[1]
+    return [foot[0] - 0.205 * tall, head[1], 0.41 * tall, tall]
+
+
+def scan_of(boxes: list[list[float]], projection: GroundProjection | None = None, robot: Pose2D = FAR_AWAY) -> Scan:
+    array = np.array(boxes, float).reshape(-1, 4)
+    found = Detections("camera1", 1.5, array, np.full(len(array), 50.0), np.ones(len(array)))
+    return (projection or GroundProjection(robot_radius=0.3)).project(FRAME, found, robot)
+
+
+@given(st.floats(3.8, 9.4), st.floats(-1.0, 1.0))
+def test_a_person_is_found_where_they_stand(x: float, y: float) -> None:
+    scan = scan_of([box_of(x, y)])
+    assert scan.positions == pytest.approx(np.array([[x, y]]), abs=1e-9)
+    assert (scan.camera, scan.time, scan.frame, scan.pose_robot_in_world) == ("camera1", 1.5, FRAME, FAR_AWAY)
+
+
+def test_a_box_whose_lower_edge_is_not_at_the_feet_is_corrected_by_the_foot_fraction() -> None:
+    x, y, width, height = box_of(6.0, 0.5)
+    longer = [x, y, width, height / 0.9]
+    corrected = scan_of([longer], GroundProjection(robot_radius=0.3, foot_fraction=0.9))
+    assert corrected.positions == pytest.approx(np.array([[6.0, 0.5]]), abs=1e-9)
+    assert scan_of([longer]).positions[0, 0] < 5.6
+
+
+def test_the_offset_moves_people_away_from_the_camera() -> None:
+    farther = scan_of([box_of(5.0, 1.0)], GroundProjection(robot_radius=0.3, offset_along_ray=0.2)).positions[0]
+    ray = np.array([4.8, 1.0]) / math.hypot(4.8, 1.0)
+    assert farther == pytest.approx(np.array([5.0, 1.0]) + 0.2 * ray, abs=1e-9)
+
+
+@pytest.mark.parametrize(("height", "kept"), [(101.0, 0), (107.0, 1)])
+def test_the_detectors_smallest_box_tells_no_distance(height: float, kept: int) -> None:
+    x, y, width, tall = box_of(8.8, 0.0)
+    assert 110.0 < tall < 120.0
+    scan = scan_of([[x, y + tall - height, width, height]])
+    assert len(scan.positions) == kept
+
+
+@pytest.mark.parametrize(("distance", "along"), [(3.5, 0.15), (5.0, 0.20), (7.3, 0.28)])
+def test_the_uncertainty_is_larger_along_the_ray_and_grows_with_the_distance(distance: float, along: float) -> None:
+    covariance = scan_of([box_of(0.2 + distance, 0.0)]).covariances[0]
+    assert math.sqrt(covariance[0, 0]) == pytest.approx(along, abs=0.02)
+    # Across: 0.04 m of the image and the 0.1 m that every measurement has.
+    assert math.sqrt(covariance[1, 1]) == pytest.approx(math.hypot(0.045, BODY_DEVIATION), abs=0.005)
+    assert covariance[0, 1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_covariance_is_that_of_boxes_scattered_in_the_image() -> None:
+    rng = np.random.default_rng(3)
+    x, y, width, height = box_of(6.0, 0.8)
+    scatter = rng.normal(0.0, [0.025 * height, 0.05 * height], (4000, 2))
+    boxes = np.column_stack([x + scatter[:, 0], y + scatter[:, 1], np.full(4000, width), np.full(4000, height)])
+    projection = GroundProjection(robot_radius=0.3)
+    sample = np.cov(projection.foot_points(FRAME, boxes).positions.T)
+    claimed = projection.foot_points(FRAME, np.array([[x, y, width, height]])).covariances[0]
+    # Linearized against true, with 4000 samples: a tenth of the largest variance.
+    assert claimed - BODY_DEVIATION**2 * np.eye(2) == pytest.approx(sample, abs=0.1 * sample.max())
+
+
+def test_a_box_cut_by_the_lower_border_is_no_measurement() -> None:
+    x, y, width, height = box_of(5.0, 0.0)
+    down = 479.0 - (y + height)
+    assert down > 0.0
+    assert len(scan_of([[x, y + down, width, height]]).positions) == 0
+
+
+def test_a_foot_point_above_the_horizon_is_no_measurement() -> None:
+    horizon = INTRINSICS.cy - INTRINSICS.fy * math.tan(math.atan2(1.7, 6.0))
+    assert horizon > 60.0
+    points = GroundProjection(robot_radius=0.3).foot_points(FRAME, np.array([[300.0, -60.0, 41.0, horizon + 50.0]]))
+    assert points.measurable.tolist() == [False]
+    assert len(scan_of([[300.0, -60.0, 41.0, horizon + 50.0]]).positions) == 0
+
+
+@pytest.mark.parametrize(("gap", "kept"), [(0.40, 0), (0.50, 1)])
+def test_the_robot_is_not_taken_for_a_person(gap: float, kept: int) -> None:
+    scan = scan_of([box_of(6.0, 0.0)], robot=Pose2D(6.0, gap, 0.3))
+    assert len(scan.positions) == kept
+
+
+@pytest.mark.parametrize(("height", "kept"), [(1.1, 0), (1.4, 1), (1.75, 1), (2.1, 1), (2.4, 0)])
+def test_dwarfs_and_giants_are_no_people(height: float, kept: int) -> None:
+    scan = scan_of([box_of(6.0, 0.0, height)])
+    assert len(scan.positions) == kept
+
+
+def test_the_height_of_a_person_is_read_from_the_calibrated_camera() -> None:
+    boxes = np.array([box_of(6.0, 0.7, 1.62), box_of(8.0, -0.7, 1.88)])
+    heights = GroundProjection(robot_radius=0.3).foot_points(FRAME, boxes).heights
+    assert heights == pytest.approx([1.62, 1.88], abs=1e-6)
+
+
+def test_somebody_low_is_a_person_where_people_sit() -> None:
+    seat = Seat("couch", np.array([6.0, 0.0]), math.pi, 0.8, 1.9)
+    low = [box_of(5.5, 0.0, 1.1), box_of(7.5, 0.0, 1.1)]
+    couch = SolidBox("couch", "object", np.array([6.0, 0.0, 0.4]), np.array([0.8, 1.9, 0.8]), math.pi)
+    scan = scan_of(low, GroundProjection(robot_radius=0.3, seats=[seat], obstacles=[couch]))
+    assert scan.sources.tolist() == [0]
+
+
+def test_places_off_the_floor_inside_furniture_or_behind_a_wall_are_dropped() -> None:
+    floor = [FloorArea(x=(0.0, 8.0), y=(-1.5, 1.5), texture="tiles")]
+    cupboard = SolidBox("cupboard", "object", np.array([5.0, 1.0, 1.0]), np.array([1.0, 1.0, 2.0]), 0.0)
+    wall = SolidBox("wall0", "wall", np.array([6.5, -1.0, 1.4]), np.array([0.1, 1.0, 2.8]), 0.0)
+    projection = GroundProjection(robot_radius=0.3, floor=floor, obstacles=[cupboard, wall])
+    places = [
+        (5.0, -1.0),  # free
+        (8.2, 0.5),  # just off the floor: an error along the ray
+        (8.6, 0.5),  # off the floor
+        (5.0, 1.0),  # in the middle of the cupboard
+        (5.0, 0.55),  # at its edge: an error across the ray
+        (6.7, -1.0),  # 0.2 m behind the wall: an error along the ray
+        (7.3, -1.0),  # behind the wall
+    ]
+    assert len(scan_of([box_of(*place) for place in places]).positions) == len(places)
+    assert scan_of([box_of(*place) for place in places], projection).sources.tolist() == [0, 1, 4, 5]
+
+
+def test_no_boxes_give_an_empty_scan_of_the_right_shapes() -> None:
+    scan = scan_of([])
+    assert (scan.positions.shape, scan.covariances.shape, scan.sources.shape) == ((0, 2), (0, 2, 2), (0,))
+    assert scan.sources.dtype == np.int64
+
+
+@pytest.mark.parametrize("bad", [{"robot_radius": 0.0}, {"robot_radius": 0.3, "foot_fraction": -1.0}])
+def test_impossible_settings_are_refused_with_their_value(bad: dict[str, float]) -> None:
+    with pytest.raises(BadInputError, match=str(list(bad.values())[-1])):
+        GroundProjection(**bad)
