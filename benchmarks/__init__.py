@@ -1,0 +1,1 @@
+"""Benchmarks: each prints its own Markdown table; `python -m benchmarks` writes them all to RESULTS.md."""

@@ -1,0 +1,27 @@
+"""Run every benchmark and keep what they print in RESULTS.md."""
+
+import subprocess
+import sys
+from datetime import date
+from pathlib import Path
+
+BENCHMARKS = (
+    ("stage_timing",),
+    ("scenarios", "--seeds", "10"),
+    ("scenarios", "--seeds", "10", "--perception", "truth"),
+)
+
+
+def main() -> None:
+    """Write benchmarks/RESULTS.md."""
+    parts = [f"# Results\n\nWritten by `make bench` on {date.today()}. Compare ratios within a run; machines differ."]
+    for name, *arguments in BENCHMARKS:
+        command = [sys.executable, "-m", f"benchmarks.{name}", *arguments]
+        print(" ".join(command[1:]), flush=True)
+        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        parts.append("\n".join(line for line in printed.splitlines() if not line.startswith("<!--")))
+    Path(__file__).with_name("RESULTS.md").write_text("\n\n".join(parts) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""Where the milliseconds of the loop go, and the real-time factor with five cameras.
+
+Usage: python -m benchmarks.stage_timing [--world real2] [--seed 0] [--seconds 10] [--workers N]
+"""
+
+import argparse
+import os
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.table import provenance, table
+from han_bullet.assembly import build_stack, build_tracker
+from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
+from han_bullet.episode import Hook, Tick, run_episode
+from han_bullet.sim.simulator import Simulator
+from han_bullet.variation import vary
+from han_bullet.world_file import CONTROL_PERIOD, World, load_world
+
+
+class Stopwatch:
+    """Wall-clock times by label [s]."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = defaultdict(list)
+
+    def watch(self, owner: Any, method: str, label: Callable[..., str] | str) -> None:
+        """Replace a method of an object by one that notes how long each call takes."""
+        original = getattr(owner, method)
+
+        def timed(*arguments: Any, **keywords: Any) -> Any:
+            started = time.perf_counter()
+            result = original(*arguments, **keywords)
+            name = label if isinstance(label, str) else label(*arguments)
+            self.times[name].append(time.perf_counter() - started)
+            return result
+
+        setattr(owner, method, timed)
+
+
+class Nothing(Hook):
+    """A hook that does nothing."""
+
+    def record(self, tick: Tick) -> None:
+        """Ignore the tick."""
+
+
+def one_process(world: World, seed: int, seconds: float) -> str:
+    """Return a table of every stage's time, all in one process."""
+    watch = Stopwatch()
+    names = [camera.name for camera in world.cameras]
+    station = CameraStation(world, seed, names, DetectorChoice())
+    simulator = Simulator(world, renderer=station.frames)
+    stack = build_stack(world, detector=station.detector, tracker=build_tracker(world))
+    watch.watch(station.frames.renderer, "render", lambda camera, _state: f"render {camera}")
+    watch.watch(station.detector.proposer, "detect", "detect: ACF, one frame")
+    assert station.detector.classifier is not None
+    watch.watch(station.detector.classifier, "probabilities", "detect: CNN, one frame")
+    watch.watch(stack.projection, "project", "project, one frame")
+    watch.watch(stack.tracker, "update", "track")
+    watch.watch(stack.situation, "update", "situation")
+    for layer in stack.layers:
+        watch.watch(layer, "apply", f"costmap: {layer.name}")
+    watch.watch(stack.planner, "update", "plan")
+    watch.watch(stack.follower, "follow", "follow")
+    watch.watch(stack, "step", "whole stack step (with detection)")
+    watch.watch(simulator, "step", "simulator step (with rendering)")
+    run_episode(simulator, stack, duration=seconds, hooks=[Nothing()])
+    simulated = simulator.truth.time
+    rows = [
+        (name, len(t), 1e3 * float(np.median(t)), 1e3 * float(np.percentile(t, 95)), 1e3 * sum(t) / simulated)
+        for name, t in sorted(watch.times.items())
+    ]
+    rendered = sum(row[4] for row in rows if row[0].startswith("render"))
+    physics = next(row[4] for row in rows if row[0].startswith("simulator")) - rendered
+    rows.append(
+        (
+            "simulator without rendering (physics, people)",
+            round(simulated / CONTROL_PERIOD),
+            float("nan"),
+            float("nan"),
+            physics,
+        )
+    )
+    simulator.close()
+    station.frames.close()
+    return table(("stage", "calls", "median [ms]", "95 % [ms]", "ms per simulated second"), rows)
+
+
+def with_workers(world: World, seed: int, seconds: float, workers: int) -> tuple[float, float]:
+    """Return simulated seconds and the wall-clock seconds they took with camera processes."""
+    names = [camera.name for camera in world.cameras]
+    with CameraWorkers(world, seed, names, DetectorChoice(), workers) as cameras:
+        simulator = Simulator(world, renderer=cameras)
+        stack = build_stack(world, detector=cameras, tracker=build_tracker(world))
+        run_episode(simulator, stack, duration=0.5)  # compiled code loaded, backgrounds rendered
+        stack = build_stack(world, detector=cameras, tracker=build_tracker(world))
+        started = time.perf_counter()
+        run_episode(simulator, stack, duration=seconds)
+        took = time.perf_counter() - started
+        simulated = simulator.truth.time
+        simulator.close()
+    return simulated, took
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--world", default="real2")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=10.0, help="simulated [s]")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    options = parser.parse_args()
+    world = vary(load_world(options.world), options.seed)
+    print(f"### Stage timing: {options.world}, seed {options.seed}, {len(world.cameras)} cameras\n")
+    print(f"{provenance()}\n")
+    print(one_process(world, options.seed, options.seconds) + "\n")
+    simulated, took = with_workers(world, options.seed, options.seconds, options.workers)
+    rows = [(options.workers, simulated, took, simulated / took)]
+    print(table(("camera processes", "simulated [s]", "wall clock [s]", "real-time factor, video off"), rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""The named ablation `--perception truth`: the simulator's people in place of detector and tracker, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from han_bullet.detection.detector import Detector
+from han_bullet.messages import Detections, Frame, Posture, Scan, TrackedPerson, Truth
+from han_bullet.tracking.tracker import PeopleTracker
+
+CERTAIN = np.diag([1e-6, 1e-6, 1e-6, 1e-6])  # [m^2], [m^2/s^2]: the layers take sigma from here
+
+
+class NoDetector(Detector):
+    """Find nobody."""
+
+    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
+        """Return empty detections, one per frame."""
+        return [Detections(f.camera, f.time, np.zeros((0, 4)), np.zeros(0), np.zeros(0)) for f in frames]
+
+
+class TruthTracker(PeopleTracker):
+    """Give the true people as tracks; ids follow the world file's order.
+
+    Args:
+        truth: Returns the simulator's truth as of now.
+        seat_names: Name of the sitting area of each person who sits, by the person's name.
+    """
+
+    def __init__(self, truth: Callable[[], Truth], seat_names: dict[str, str] | None = None) -> None:
+        self._truth = truth
+        self._seat_names = seat_names or {}
+
+    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
+        """Return everybody as they are."""
+        return tuple(
+            TrackedPerson(
+                id=index,
+                time=time,
+                position_in_world=person.pose_in_world.position,
+                velocity_in_world=person.velocity_in_world,
+                covariance=CERTAIN,
+                posture=person.posture,
+                heading=person.pose_in_world.yaw,
+                seat=self._seat_names.get(person.name) if person.posture is Posture.SEATED else None,
+            )
+            for index, person in enumerate(self._truth().people)
+        )

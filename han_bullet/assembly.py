@@ -1,0 +1,106 @@
+"""Put a stack together for a world: the one place where a world's parameters meet the stages' constructors."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from han_bullet.control.follower import Follower
+from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layers import standard_layers
+from han_bullet.detection.detector import Detector
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Pose2D
+from han_bullet.messages import Device, GoTo, HandOver, Task
+from han_bullet.planning.planner import Planner
+from han_bullet.situation import Situation
+from han_bullet.stack import NavigationStack
+from han_bullet.tracking.association import Association, GlobalNearestNeighbour, NearestNeighbour
+from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.tracking.nnjpda import Nnjpda
+from han_bullet.tracking.projection import GroundProjection
+from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
+from han_bullet.world_file import CONTROL_PERIOD, GoToTask, World
+
+ASSOCIATIONS: dict[str, type[Association]] = {
+    "nnjpda": Nnjpda,
+    "nn": NearestNeighbour,
+    "gnn": GlobalNearestNeighbour,
+}
+
+
+def build_tracker(world: World, association: str = "nnjpda") -> MultiCameraTracker:
+    """Return the tracker of people for a world.
+
+    Raises:
+        BadInputError: The association has no such name.
+    """
+    if association not in ASSOCIATIONS:
+        raise BadInputError(f"association {association!r} is not known; there are {', '.join(ASSOCIATIONS)}")
+    view = FieldOfView(world.solid_boxes())
+    return MultiCameraTracker(field_of_view=view, seats=world.seats(), association=ASSOCIATIONS[association]())
+
+
+def build_stack(
+    world: World,
+    *,
+    detector: Detector,
+    tracker: PeopleTracker,
+    without: Collection[str] = (),
+    pass_side: str = "left",
+) -> NavigationStack:
+    """Return the stack for a world.
+
+    Args:
+        world: The concrete world.
+        detector: Finds people in frames.
+        tracker: Follows them on the floor.
+        without: Names of layers to leave out.
+        pass_side: On which side of walking people the robot overtakes, "left" or "right".
+
+    Raises:
+        BadInputError: A layer or a layer's parameter that does not exist.
+    """
+    floor = [(area.x, area.y) for area in world.floor]
+    robot, settings = world.robot, world.costmap
+    boxes = world.solid_boxes()
+    task = task_of(world)
+    return NavigationStack(
+        detector=detector,
+        projection=GroundProjection(robot_radius=robot.radius, floor=world.floor, obstacles=boxes, seats=world.seats()),
+        tracker=tracker,
+        situation=Situation(task=task, devices=_devices(world), seats=world.seats()),
+        free_space=Costmap.covering(floor, settings.resolution),
+        layers=standard_layers(
+            boxes,
+            robot_radius=robot.radius,
+            inflation_radius=settings.inflation_radius,
+            cost_scaling_factor=settings.cost_scaling_factor,
+            pass_side=pass_side,
+            without=without,
+            parameters=world.layers,
+        ),
+        planner=Planner(weight=settings.astar_weight, replan_period=1.0 / settings.replan_rate),
+        follower=Follower(
+            radius=robot.radius,
+            max_speed=robot.max_speed,
+            max_acceleration=robot.max_acceleration,
+            max_yaw_rate=robot.max_yaw_rate,
+            max_yaw_acceleration=robot.max_yaw_acceleration,
+            tolerance=world.task.tolerance,
+            control_period=CONTROL_PERIOD,
+        ),
+    )
+
+
+def task_of(world: World) -> Task:
+    """Return the robot's task as the stack knows it."""
+    task = world.task
+    if isinstance(task, GoToTask):
+        return GoTo(Pose2D(*task.pose), *task.tolerance)
+    return HandOver(np.array(task.place), task.distance)
+
+
+def _devices(world: World) -> list[Device]:
+    return [Device(device.name, np.array(device.position), device.on) for device in world.devices]

@@ -1,0 +1,246 @@
+"""Cameras as processes: rendering and detection of the camera frames, spread over workers in lockstep with the loop.
+
+Each worker can serve every camera: the main process hands the next waiting camera to whichever worker is free and
+waits until all are done. What a task gives depends only on what is handed over, so the number of workers never shows
+in a result. Images travel through shared memory.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection, wait
+from multiprocessing.shared_memory import SharedMemory
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.detection.detector import Detector, PedestrianDetector, load_detector
+from han_bullet.detection.threads import use_one_thread
+from han_bullet.errors import HanError, WorkerDiedError
+from han_bullet.messages import Detections, Frame
+from han_bullet.sim.renderer import FrameSource, InProcessRenderer
+from han_bullet.sim.scene_state import SceneState
+from han_bullet.world_file import CeilingCamera, OnboardCamera, World
+
+Image = NDArray[np.uint8]
+STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
+
+
+@dataclass(frozen=True)
+class DetectorChoice:
+    """Which detector to load; small and picklable, since every worker loads its own.
+
+    Attributes:
+        name: Of a shipped model, or a path to one.
+        threshold: On the ACF score; None takes the model's own.
+        classifier: Whether the CNN has its say.
+    """
+
+    name: str = "default"
+    threshold: float | None = None
+    classifier: bool = True
+
+    def load(self) -> PedestrianDetector:
+        """Return the detector."""
+        return load_detector(self.name, threshold=self.threshold, classifier=self.classifier)
+
+
+class CameraStation:
+    """Render and detect in this process: what a worker does, and what a run without workers does.
+
+    Args:
+        world: The concrete world.
+        seed: Of the image noise.
+        cameras: Names of the cameras in use; the fixed ones calibrate the detector with a person-free image.
+        choice: The detector.
+    """
+
+    def __init__(self, world: World, seed: int, cameras: Sequence[str], choice: DetectorChoice) -> None:
+        use_one_thread()
+        self.frames = InProcessRenderer(world, seed)
+        self.detector = choice.load()
+        fixed = [world.camera(name) for name in cameras if isinstance(world.camera(name), CeilingCamera)]
+        images = self.frames.calibration_images([camera.name for camera in fixed])
+        self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
+
+
+def _calibration_frame(camera: CeilingCamera | OnboardCamera, image: Image) -> Frame:
+    assert isinstance(camera, CeilingCamera)
+    return Frame(camera.name, 0.0, image, camera.intrinsics, camera.camera_in_world, fixed=True)
+
+
+class CameraWorkers(FrameSource, Detector):
+    """Worker processes that together are one source of frames and one detector.
+
+    Args:
+        world: The concrete world.
+        seed: Of the image noise.
+        cameras: Names of the cameras in use.
+        choice: The detector that every worker loads.
+        count: Number of processes.
+
+    Raises:
+        WorkerDiedError: From any method, when a worker has ended.
+    """
+
+    def __init__(self, world: World, seed: int, cameras: Sequence[str], choice: DetectorChoice, count: int) -> None:
+        self._shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
+        self._onboard = {name for name in cameras if isinstance(world.camera(name), OnboardCamera)}
+        self._memories = {
+            name: SharedMemory(create=True, size=int(np.prod(shape))) for name, shape in self._shapes.items()
+        }
+        context = multiprocessing.get_context("spawn")
+        names = {name: memory.name for name, memory in self._memories.items()}
+        self._workers: list[tuple[Any, Connection]] = []
+        for index in range(count):
+            ours, theirs = context.Pipe()
+            arguments = (theirs, world, seed, tuple(cameras), choice, names)
+            process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
+            process.start()
+            theirs.close()
+            self._workers.append((process, ours))
+        self._ready = False
+
+    def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
+        """Return one image per camera, shape (height, width, 3), uint8."""
+        self._spread([("render", name, state) for name in self._longest_first(cameras)])
+        return [self._view(name).copy() for name in cameras]
+
+    def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
+        """Return the person-free image of each fixed camera."""
+        self._spread([("calibration", name, None) for name in cameras])
+        return [self._view(name).copy() for name in cameras]
+
+    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
+        """Return the detections of each frame."""
+        for frame in frames:
+            self._view(frame.camera)[:] = frame.image
+        without_image = {frame.camera: replace(frame, image=np.zeros((0, 0, 3), np.uint8)) for frame in frames}
+        done = self._spread([("detect", name, without_image[name]) for name in self._longest_first(without_image)])
+        return [done[frame.camera] for frame in frames]
+
+    @property
+    def process_ids(self) -> list[int]:
+        """Return the operating system's ids of the workers."""
+        return [process.pid for process, _ in self._workers]
+
+    def wait_until_ready(self) -> None:
+        """Wait until every worker has loaded world and detector."""
+        if not self._ready:
+            for process, connection in self._workers:
+                _receive(process, connection)
+            self._ready = True
+
+    def close(self) -> None:
+        """End the workers and free the shared memory."""
+        for process, connection in self._workers:
+            connection.close()
+            process.join(STOP_WITHIN)
+            if process.is_alive():
+                process.terminate()
+                process.join()
+        for memory in self._memories.values():
+            memory.close()
+            memory.unlink()
+        self._workers, self._memories = [], {}
+
+    def __enter__(self) -> CameraWorkers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _view(self, camera: str) -> Image:
+        return np.ndarray(self._shapes[camera], np.uint8, self._memories[camera].buf)
+
+    def _longest_first(self, cameras: Sequence[str] | dict[str, Frame]) -> list[str]:
+        """Put the onboard camera first: it renders everything and must not be the last one waited for."""
+        return sorted(cameras, key=lambda name: name not in self._onboard)
+
+    def _spread(self, tasks: Sequence[tuple[str, str, Any]]) -> dict[str, Any]:
+        """Hand each task (what, camera, value) to the next free worker; return what came back, by camera."""
+        self.wait_until_ready()
+        waiting = list(tasks)
+        free = list(self._workers)
+        busy: dict[Connection, tuple[Any, str]] = {}
+        results: dict[str, Any] = {}
+        while waiting or busy:
+            while waiting and free:
+                process, connection = free.pop(0)
+                _send(process, connection, waiting[0])
+                busy[connection] = (process, waiting.pop(0)[1])
+            ready = wait(list(busy))
+            for connection in [connection for connection in busy if connection in ready]:
+                process, camera = busy.pop(connection)
+                results[camera] = _receive(process, connection)
+                free.append((process, connection))
+        return results
+
+
+def _send(process: Any, connection: Connection, message: object) -> None:
+    try:
+        connection.send(message)
+    except (BrokenPipeError, ConnectionResetError) as error:
+        raise _death(process) from error
+
+
+def _receive(process: Any, connection: Connection) -> Any:
+    """Take one answer; an error that a worker met is raised here."""
+    try:
+        answer = connection.recv()
+    except (EOFError, ConnectionResetError) as error:
+        raise _death(process) from error
+    if isinstance(answer, HanError):
+        raise answer
+    return answer
+
+
+def _death(process: Any) -> WorkerDiedError:
+    process.join(1.0)
+    return WorkerDiedError(f"{process.name} (process {process.pid}) ended with exit code {process.exitcode}")
+
+
+def _serve(
+    connection: Connection,
+    world: World,
+    seed: int,
+    cameras: tuple[str, ...],
+    choice: DetectorChoice,
+    memory_names: dict[str, str],
+) -> None:
+    """Answer tasks until the main process closes the connection; the body of a worker process."""
+    memories = {name: SharedMemory(memory) for name, memory in memory_names.items()}
+    try:
+        station = CameraStation(world, seed, cameras, choice)
+    except HanError as error:
+        connection.send(error)
+        return
+    connection.send("ready")
+    shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
+    views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
+    answers: dict[str, Callable[[str, Any], Any]] = {
+        "render": lambda name, state: _write(views[name], station.frames.render([name], state)[0]),
+        "calibration": lambda name, _: _write(views[name], station.frames.calibration_images([name])[0]),
+        "detect": lambda name, frame: station.detector.detect([replace(frame, image=views[name].copy())])[0],
+    }
+    while True:
+        try:
+            what, camera, value = connection.recv()
+        except (EOFError, KeyboardInterrupt):
+            break
+        try:
+            connection.send(answers[what](camera, value))
+        except HanError as error:
+            connection.send(error)
+    for memory in memories.values():
+        memory.close()
+
+
+def _write(view: Image, image: Image) -> None:
+    view[:] = image

@@ -1,0 +1,132 @@
+"""Checks of a world that need its map, made before the first step, and of its expectations, made after the last.
+
+Schema checks live in world_file.py. Here: nobody stands in a wall, the goal can be reached; then, which metrics of a
+run ended outside the range that the world asks for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layers import standard_layers
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array
+from han_bullet.messages import Scene
+from han_bullet.metrics import Metric
+from han_bullet.planning.astar import AStar
+from han_bullet.world_file import Expectation, GoToTask, Sit, Walk, World
+
+PERSON_RADIUS = 0.25  # [m]
+
+
+def static_costmap(world: World) -> Costmap:
+    """Return the map with walls, furniture and inflation only."""
+    costmap = Costmap.covering([(area.x, area.y) for area in world.floor], world.costmap.resolution)
+    for layer in standard_layers(
+        world.solid_boxes(),
+        robot_radius=world.robot.radius,
+        inflation_radius=world.costmap.inflation_radius,
+        cost_scaling_factor=world.costmap.cost_scaling_factor,
+    ):
+        if layer.name in {"static", "inflation"}:
+            layer.apply(costmap, Scene(0.0))
+    return costmap
+
+
+def check_world(world: World, source: str) -> None:
+    """Check what needs the map.
+
+    Args:
+        world: A checked model.
+        source: File to name in a message.
+
+    Raises:
+        BadInputError: The first fault: file, field, value, what would be right.
+    """
+    for index, person in enumerate(world.people):
+        if isinstance(person.behaviour, Sit):
+            continue
+        places = [(f"people[{index}].start", person.start[:2])]
+        if isinstance(person.behaviour, Walk):
+            waypoints = enumerate(person.behaviour.waypoints)
+            places += [(f"people[{index}].behaviour.waypoints[{i}]", point) for i, point in waypoints]
+        for field, place in places:
+            _check_free(world, source, field, np.array(place), PERSON_RADIUS)
+    start, goal = np.array(world.robot.start[:2]), _goal(world)
+    _check_free(world, source, "robot.start", start, world.robot.radius)
+    field = "task.pose" if isinstance(world.task, GoToTask) else "task.place"
+    _check_free(world, source, field, goal, world.robot.radius if isinstance(world.task, GoToTask) else PERSON_RADIUS)
+    costmap = static_costmap(world)
+    if AStar(weight=world.costmap.astar_weight).search(costmap, start, goal) is None:
+        raise BadInputError(
+            f"{source}: {field}: no free way for a robot of radius {world.robot.radius} m leads from robot.start "
+            f"{start.tolist()} to {goal.tolist()}; open a way or move one of them"
+        )
+
+
+def _goal(world: World) -> Array:
+    task = world.task
+    return np.array(task.pose[:2] if isinstance(task, GoToTask) else task.place)
+
+
+def _check_free(world: World, source: str, field: str, place: Array, radius: float) -> None:
+    """Raise where a disc at a place leaves the floor or cuts a wall or a piece of furniture."""
+    on_floor = any(a.x[0] <= place[0] <= a.x[1] and a.y[0] <= place[1] <= a.y[1] for a in world.floor)
+    if not on_floor:
+        raise BadInputError(f"{source}: {field}: {place.tolist()} lies on no floor area; move it onto one")
+    for box in world.solid_boxes():
+        if box.contains(place, margin=radius):
+            raise BadInputError(
+                f"{source}: {field}: {place.tolist()} lies inside {box.kind} {box.name!r} or nearer to it than the "
+                f"body's radius {radius} m; move it away"
+            )
+
+
+@dataclass(frozen=True)
+class Check:
+    """One expectation of a world, held against a run.
+
+    Attributes:
+        metric: Name of the metric.
+        expected: The range or value, as text.
+        value: What the run gave; None where it gave nothing.
+        passed: Whether the value lies in the range.
+    """
+
+    metric: str
+    expected: str
+    value: float | int | str | bool | None
+    passed: bool
+
+
+def check_expectations(expectations: Sequence[Expectation], metrics: Sequence[Metric]) -> list[Check]:
+    """Hold each expectation against the metric that it names.
+
+    Raises:
+        BadInputError: An expectation names a metric that the run does not have.
+    """
+    values = {metric.name: metric.value for metric in metrics}
+    for index, expectation in enumerate(expectations):
+        if expectation.metric not in values:
+            raise BadInputError(
+                f"expectations[{index}].metric: {expectation.metric!r} is no metric of this world; there are "
+                f"{', '.join(sorted(values))}"
+            )
+    return [_check(expectation, values[expectation.metric]) for expectation in expectations]
+
+
+def _check(expectation: Expectation, value: float | int | str | bool | None) -> Check:
+    bounds = {">=": expectation.at_least, "<=": expectation.at_most, "==": expectation.equals}
+    expected = " and ".join(f"{sign} {bound}" for sign, bound in bounds.items() if bound is not None)
+    passed = value is not None
+    if expectation.equals is not None:
+        passed = passed and value == expectation.equals
+    if expectation.at_least is not None:
+        passed = passed and isinstance(value, int | float) and value >= expectation.at_least
+    if expectation.at_most is not None:
+        passed = passed and isinstance(value, int | float) and value <= expectation.at_most
+    return Check(expectation.metric, expected, value, passed)

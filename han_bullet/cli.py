@@ -1,0 +1,48 @@
+"""The command `han-bullet`: a thin layer of options, tables and exit codes over the library.
+
+Exit codes: 0 done, 1 an expectation failed under --check, 2 bad input, 3 a worker process died.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+
+from han_bullet.commands import detector, run, worlds
+from han_bullet.commands.parsing import Parser
+from han_bullet.errors import HanError, WorkerDiedError
+
+BAD_INPUT, WORKER_DIED, INTERRUPTED = 2, 3, 130
+DESCRIPTION = "Human-aware navigation that sees people: cameras in, considerate robot motion out."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return its exit code."""
+    complaints = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+    try:
+        options = _parser().parse_args(arguments)
+        code: int = options.handler(options, Console())
+        return code
+    except WorkerDiedError as error:
+        complaints.print(f"han-bullet: {error}; files written so far are whole")
+        return WORKER_DIED
+    except HanError as error:
+        complaints.print(f"han-bullet: {error}")
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        complaints.print("han-bullet: stopped by the keyboard; files written so far are whole")
+        return INTERRUPTED
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="han-bullet", description=DESCRIPTION)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+    for subject in (worlds, run, detector):
+        subject.add(commands)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,93 @@
+"""`han-bullet run`: run a world, show its numbers, hold them against its expectations."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from han_bullet.commands.parsing import Commands, Parser, command, names, natural, positive
+
+if TYPE_CHECKING:
+    from han_bullet.runner import RunResult
+
+
+def add(commands: Commands[Parser]) -> None:
+    """Add `run`."""
+    parser = command(
+        commands,
+        "run",
+        "run a world: cameras in, robot motion out",
+        "  han-bullet run real2\n"
+        "  han-bullet run real2 --seed 3 --check\n"
+        "  han-bullet run sim1 --perception truth --no-video --out /tmp/sim1\n"
+        "  han-bullet run real2 --without overtake,personal_walking\n"
+        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right",
+    )
+    add_option = parser.add_argument
+    add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
+    add_option("--seed", type=natural, default=0, help="decides starts, speeds, clothes, light and noise (default 0)")
+    add_option(
+        "--perception", choices=("cameras", "truth"), default="cameras", help="truth: the ablation without cameras"
+    )
+    add_option("--cameras", type=names, metavar="NAME,...", help="use only these cameras")
+    add_option("--association", choices=("nnjpda", "nn", "gnn"), default="nnjpda", help="of detections to tracks")
+    add_option("--detector", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
+    add_option("--threshold", type=float, metavar="T", help="on the ACF score (default: the model's own)")
+    add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")
+    add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
+    add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
+    add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
+    add_option("--gui", action="store_true", help="open PyBullet's window")
+    add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/WORLD)")
+    add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
+    parser.set_defaults(handler=_run)
+
+
+def _run(options: argparse.Namespace, console: Console) -> int:
+    from han_bullet.camera_workers import DetectorChoice
+    from han_bullet.progress import ProgressBar
+    from han_bullet.runner import RunOptions, run_world
+    from han_bullet.world_file import load_world
+
+    world = load_world(options.world)
+    run_options = RunOptions(
+        seed=options.seed,
+        perception=options.perception,
+        cameras=options.cameras,
+        association=options.association,
+        detector=DetectorChoice(options.detector, options.threshold),
+        without=options.without,
+        pass_side=options.pass_side,
+        workers=options.workers,
+        video=options.video,
+        gui=options.gui,
+    )
+    folder = options.out or Path("runs") / world.name
+    bar = ProgressBar(world.name, world.duration, console)
+    result = run_world(options.world, run_options, folder, hooks=[bar])
+    _print_metrics(result, console)
+    failed = [check for check in result.checks if not check.passed]
+    for check in failed:
+        console.print(f"[red]not met[/]: {check.metric} is {check.value}, expected {check.expected}", soft_wrap=True)
+    if result.checks and not failed:
+        console.print(f"[green]all {len(result.checks)} expectations met[/]")
+    console.print(f"real-time factor {result.real_time_factor:.2f}; results in {folder}/", soft_wrap=True)
+    if options.video:
+        console.print(f"video: {folder / 'video.mp4'}", soft_wrap=True)
+    return 1 if options.check and failed else 0
+
+
+def _print_metrics(result: RunResult, console: Console) -> None:
+    table = Table(show_header=True, title_justify="left")
+    table.add_column("metric")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    for metric in result.metrics:
+        value = f"{metric.value:.3f}" if isinstance(metric.value, float) else str(metric.value)
+        table.add_row(metric.name, value, metric.unit)
+    console.print(table)

@@ -1,0 +1,72 @@
+"""Where on the floor each camera of a world has a whole standing person in view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.checks import static_costmap
+from han_bullet.costmap.grid import INSCRIBED
+from han_bullet.geometry import Array, camera_on_robot
+from han_bullet.messages import Frame
+from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.world_file import CeilingCamera, OnboardCamera, World
+
+COVERAGE_RESOLUTION = 0.25  # [m]
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Where one camera has a whole standing person in view.
+
+    Attributes:
+        camera: Name.
+        area: Of the floor where it has [m^2].
+        share: Of the whole free floor, in [0, 1].
+        x, y: Extent of that area in the world [m]; None where there is none.
+    """
+
+    camera: str
+    area: float
+    share: float
+    x: tuple[float, float] | None
+    y: tuple[float, float] | None
+
+
+def coverages(world: World) -> list[Coverage]:
+    """Return the coverage of every camera; of the onboard camera as seen from the robot's start."""
+    costmap = static_costmap(world)
+    points = _floor_points(world)
+    free = points[costmap.cost_at(points) < INSCRIBED]
+    view = FieldOfView(world.solid_boxes())
+    return [_coverage(camera.name, free, view.sees(_empty_frame(camera, world), free)) for camera in world.cameras]
+
+
+def _coverage(name: str, points: Array, seen: NDArray[np.bool_]) -> Coverage:
+    area = float(seen.sum()) * COVERAGE_RESOLUTION**2
+    if not seen.any():
+        return Coverage(name, 0.0, 0.0, None, None)
+    (x0, y0), (x1, y1) = points[seen].min(axis=0), points[seen].max(axis=0)
+    return Coverage(name, area, float(seen.mean()), (float(x0), float(x1)), (float(y0), float(y1)))
+
+
+def _floor_points(world: World) -> Array:
+    """Return a regular grid of points over all floor areas, shape (n, 2) [m]."""
+    pieces = []
+    for area in world.floor:
+        x = np.arange(area.x[0] + 0.5 * COVERAGE_RESOLUTION, area.x[1], COVERAGE_RESOLUTION)
+        y = np.arange(area.y[0] + 0.5 * COVERAGE_RESOLUTION, area.y[1], COVERAGE_RESOLUTION)
+        pieces.append(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
+    return np.concatenate(pieces)
+
+
+def _empty_frame(camera: CeilingCamera | OnboardCamera, world: World) -> Frame:
+    """Return a frame without an image, for what its camera can see."""
+    if isinstance(camera, CeilingCamera):
+        pose = camera.camera_in_world
+    else:
+        pose = camera_on_robot(world.robot.start_pose_in_world, camera.forward, camera.height, camera.pitch_down)
+    fixed = isinstance(camera, CeilingCamera)
+    return Frame(camera.name, 0.0, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, pose, fixed)

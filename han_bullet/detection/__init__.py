@@ -1,0 +1,1 @@
+"""From an image to boxes around people: ACF proposals and a CNN that decides."""

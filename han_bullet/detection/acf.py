@@ -1,0 +1,197 @@
+"""The pedestrian detector on aggregated channel features [Dollar2014]: model file and sliding window."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.detection.cascade import Ints, feature_offsets, scan
+from han_bullet.detection.channels import CELL, CHANNELS, Floats
+from han_bullet.detection.nms import LARGEST_OVERLAP, suppress
+from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, Level, build_pyramid
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array
+
+MODELS = Path(__file__).resolve().parent.parent / "models"
+
+
+@dataclass(frozen=True)
+class AcfModel:
+    """A boosted classifier of depth-2 trees over the channels of one window, and what is needed to apply it.
+
+    Attributes:
+        features: Of the root and its two children: index into a window laid out (row, column, channel), (trees, 3).
+        thresholds: A value below goes left, shape (trees, 3).
+        leaves: Score that each leaf adds, from left to right, calibration included, shape (trees, 4).
+        lambdas: How colour, magnitude and orientation channels fade with scale.
+        person_height, person_width: Size of the person in the window [px].
+        window_height, window_width: Size of the window with its margin [px].
+        cascade_threshold: A window is given up as soon as its sum is not above this.
+        score_threshold: Recommended smallest score of a detection; -inf where none has been chosen.
+    """
+
+    features: Ints
+    thresholds: Floats
+    leaves: Floats
+    lambdas: tuple[float, float, float]
+    person_height: int = 100
+    person_width: int = 41
+    window_height: int = 128
+    window_width: int = 64
+    cascade_threshold: float = -1.0
+    score_threshold: float = -math.inf
+
+    def __post_init__(self) -> None:
+        """Check shapes and ranges, so that no kernel ever reads outside a window."""
+        trees = self.features.shape[0]
+        if self.features.shape != (trees, 3) or self.thresholds.shape != (trees, 3) or self.leaves.shape != (trees, 4):
+            raise BadInputError(
+                f"ACF model: features {self.features.shape}, thresholds {self.thresholds.shape} and leaves "
+                f"{self.leaves.shape} must be (trees, 3), (trees, 3) and (trees, 4)"
+            )
+        if not (0 < self.person_height <= self.window_height and 0 < self.person_width <= self.window_width):
+            raise BadInputError(f"ACF model: a person of {self.person_height} px does not fit {self.window_height} px")
+        if self.window_height % CELL or self.window_width % CELL:
+            raise BadInputError(f"ACF model: window {self.window_height} x {self.window_width} px must be whole cells")
+        if trees == 0 or self.features.min() < 0 or self.features.max() >= self.window_values:
+            raise BadInputError(f"ACF model: {trees} trees; features must lie in 0 .. {self.window_values - 1}")
+        numbers = (*self.lambdas, self.cascade_threshold, float(self.leaves.sum()), float(self.thresholds.sum()))
+        if len(self.lambdas) != 3 or not np.isfinite(numbers).all() or math.isnan(self.score_threshold):
+            raise BadInputError(
+                f"ACF model: thresholds, leaves, the three lambdas {self.lambdas} and the cascade threshold "
+                f"{self.cascade_threshold} must be finite, the score threshold {self.score_threshold} a number"
+            )
+
+    @property
+    def window_values(self) -> int:
+        """Return how many channel values a window has."""
+        return self.window_height * self.window_width // CELL**2 * CHANNELS
+
+    def save(self, path: Path) -> None:
+        """Write the model as a compressed npz file without pickled objects."""
+        arrays: dict[str, Any] = {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
+        with path.open("wb") as file:
+            np.savez_compressed(file, **arrays)
+
+    @classmethod
+    def load(cls, path: Path) -> AcfModel:
+        """Read a model that `save` wrote.
+
+        Raises:
+            BadInputError: If the file is missing or is not such a model.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                values = {name: archive[name] for name in archive.files}
+            return cls._from_arrays(values)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, EOFError) as error:
+            raise BadInputError(f"{path} is not an ACF model (npz as AcfModel.save writes it): {error}") from error
+
+    @classmethod
+    def _from_arrays(cls, values: dict[str, NDArray[np.generic]]) -> AcfModel:
+        """Build a model from the arrays of its file."""
+        colour, magnitude, orientation = (float(value) for value in values["lambdas"])
+        return cls(
+            features=np.ascontiguousarray(values["features"], np.int32),
+            thresholds=np.ascontiguousarray(values["thresholds"], np.float32),
+            leaves=np.ascontiguousarray(values["leaves"], np.float32),
+            lambdas=(colour, magnitude, orientation),
+            person_height=int(values["person_height"]),
+            person_width=int(values["person_width"]),
+            window_height=int(values["window_height"]),
+            window_width=int(values["window_width"]),
+            cascade_threshold=float(values["cascade_threshold"]),
+            score_threshold=float(values["score_threshold"]),
+        )
+
+    def with_score_threshold(self, score_threshold: float) -> AcfModel:
+        """Return the same model with another recommended threshold."""
+        return replace(self, score_threshold=score_threshold)
+
+
+def load_acf_model(name_or_path: str | Path) -> AcfModel:
+    """Load a model by the name of one that comes with the package ("acf_inria") or by the path of its file.
+
+    Raises:
+        BadInputError: If there is no such model.
+    """
+    shipped = MODELS / f"{name_or_path}.npz"
+    path = shipped if shipped.is_file() else Path(name_or_path)
+    if not path.is_file():
+        names = ", ".join(sorted(file.stem for file in MODELS.glob("acf_*.npz"))) or "none"
+        raise BadInputError(f"no ACF model {str(name_or_path)!r}: give the path of a file or one of: {names}")
+    return AcfModel.load(path)
+
+
+class AcfDetector:
+    """Finds upright people in an image; one core, deterministic.
+
+    Args:
+        model: The classifier.
+        minimum_height: People smaller than this [px] are not looked for, which saves the finest scales.
+        largest_overlap: Of two boxes that share more than this part of the smaller one, one goes.
+    """
+
+    def __init__(self, model: AcfModel, minimum_height: float = 0.0, largest_overlap: float = LARGEST_OVERLAP) -> None:
+        if not (math.isfinite(minimum_height) and minimum_height >= 0.0):
+            raise BadInputError(f"minimum_height is {minimum_height} px, must be finite and not negative")
+        if not 0.0 < largest_overlap <= 1.0:
+            raise BadInputError(f"largest_overlap is {largest_overlap}, must be in (0, 1]")
+        self.model = model
+        self.minimum_height = minimum_height
+        self.largest_overlap = largest_overlap
+
+    def detect(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
+        """Return the people found in an image by falling score.
+
+        Args:
+            image: RGB, shape (h, w, 3), uint8.
+
+        Returns:
+            Boxes x, y, width, height, shape (n, 4) [px], as high as the person, and their scores, shape (n,).
+
+        Raises:
+            BadInputError: If the array is not such an image.
+        """
+        boxes, scores = self.scan(image)
+        kept = suppress(boxes, scores, self.largest_overlap)
+        return boxes[kept], scores[kept]
+
+    def scan(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
+        """Return boxes and scores as `detect` does, but of every window that passes the cascade, unsorted."""
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
+        model = self.model
+        finest = model.person_height / self.minimum_height if self.minimum_height > 0.0 else math.inf
+        levels = build_pyramid(image, model.lambdas, (model.person_height, model.person_width), finest)
+        found = [self._scan_level(level) for level in levels]
+        boxes = np.concatenate([np.empty((0, 4)), *(box for box, _ in found)])
+        return boxes, np.concatenate([np.empty(0), *(score for _, score in found)])
+
+    def _scan_level(self, level: Level) -> tuple[Array, Array]:
+        """Return boxes in the image and scores of one level's windows."""
+        model = self.model
+        window_rows, window_columns = model.window_height // CELL, model.window_width // CELL
+        offsets = feature_offsets(model.features, window_columns, level.channels.shape[1])
+        rows, columns, scores = scan(
+            level.channels,
+            window_rows,
+            window_columns,
+            offsets,
+            model.thresholds,
+            model.leaves,
+            model.cascade_threshold,
+        )
+        margin_x = 0.5 * (model.window_width - model.person_width)
+        margin_y = 0.5 * (model.window_height - model.person_height)
+        boxes = np.empty((rows.size, 4))
+        boxes[:, 0] = (columns * CELL + margin_x - PADDING_COLUMNS * CELL) / level.scale_x
+        boxes[:, 1] = (rows * CELL + margin_y - PADDING_ROWS * CELL) / level.scale_y
+        boxes[:, 2], boxes[:, 3] = model.person_width / level.scale, model.person_height / level.scale
+        return boxes, scores.astype(np.float64)

@@ -1,0 +1,236 @@
+"""The ten aggregated channels of an image: colour (L, U, V), gradient magnitude, six orientations [Dollar2014].
+
+Everything is float32; cells are 4 x 4 px. Channel arrays are laid out (row, column, channel), so that resampling and
+smoothing run over contiguous memory.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Float = np.float32
+Floats = NDArray[np.float32]
+
+CELL = 4  # [px] side of a cell, the "shrink" of [Dollar2014]
+CHANNELS = 10
+ORIENTATIONS = 6
+KIND_OF_CHANNEL = np.array([0, 0, 0, 1, 2, 2, 2, 2, 2, 2])  # colour, magnitude, orientation: each fades by its own law
+
+NORMALISATION_RADIUS = 5  # [px] neighbourhood that a gradient is compared with
+NORMALISATION_OFFSET = np.float32(0.005)  # keeps flat regions from becoming noise
+COSINE_STEPS = 10_000  # per unit; the original's resolution, kept so that scores agree with it
+COSINE_MARGIN = 10  # entries beyond +-1 that rounding may reach
+LIGHTNESS_STEPS = 1024
+LUV_RANGE = 270.0  # the span of V; maps every colour channel into [0, 1]
+
+_ROWS_KEPT = 16  # more than the 11 rows of magnitudes that the normalisation looks at
+
+_ZERO = np.float32(0.0)
+_HALF = np.float32(0.5)
+_ONE = np.float32(1.0)
+_TWO = np.float32(2.0)
+_SIXTEENTH = np.float32(1.0 / 16.0)
+_PER_LEVEL = np.float32(1.0 / 255.0)
+_PER_CELL = np.float32(1.0 / (CELL * CELL))
+_SMALLEST_SQUARE = np.float32(1e-20)  # squared magnitude floor: no division by zero
+_STEPS = np.float32(COSINE_STEPS)
+_LIGHTNESS_STEPS = np.float32(LIGHTNESS_STEPS)
+
+
+@functools.cache
+def lightness_table() -> Floats:
+    """Return L / 270 of the luminances 0, 1/1024, .. 1 (CIE 1976), with one entry to spare for rounding."""
+    luminance = np.minimum(np.arange(LIGHTNESS_STEPS + 2) / LIGHTNESS_STEPS, 1.0)
+    dark = luminance * (29.0 / 3.0) ** 3
+    table = np.where(luminance > (6.0 / 29.0) ** 3, 116.0 * np.cbrt(luminance) - 16.0, dark)
+    return (table / LUV_RANGE).astype(np.float32)
+
+
+@functools.cache
+def orientation_table() -> Floats:
+    """Return the direction in [0, 6) [bins] of the cosines -1, -1 + 1/10000, .. 1, with a margin at both ends."""
+    steps = np.arange(-COSINE_STEPS - COSINE_MARGIN, COSINE_STEPS + COSINE_MARGIN + 1) / COSINE_STEPS
+    angle = np.minimum(np.arccos(np.clip(steps, -1.0, 1.0)), math.pi - 1e-6)
+    table: Floats = (angle * ORIENTATIONS / math.pi).astype(np.float32)
+    return table
+
+
+def luv(image: NDArray[np.uint8]) -> Floats:
+    """Return the L, U and V planes, shape (3, h, w), each within [0, 1], of an RGB image, shape (h, w, 3)."""
+    planes: Floats = _luv(np.ascontiguousarray(image), lightness_table())
+    return planes
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _luv(image: NDArray[np.uint8], lightness: Floats) -> Floats:
+    """Convert by the primaries of the original, without gamma; short loops over a row that compilers vectorise."""
+    height, width = image.shape[:2]
+    planes = np.empty((3, height, width), np.float32)
+    rgb = np.empty((3, width), np.float32)
+    luminance = np.empty(width, np.int32)
+    for row in range(height):
+        for column in range(width):
+            for colour in range(3):
+                rgb[colour, column] = np.float32(image[row, column, colour])
+        light, u, v = planes[0, row], planes[1, row], planes[2, row]
+        for column in range(width):
+            luminance[column], u[column], v[column] = _chromaticity(rgb[0, column], rgb[1, column], rgb[2, column])
+        for column in range(width):
+            light[column] = lightness[luminance[column]]
+        for column in range(width):
+            u[column] = light[column] * u[column] + np.float32(88.0 / LUV_RANGE)
+            v[column] = light[column] * v[column] + np.float32(134.0 / LUV_RANGE)
+    return planes
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _chromaticity(red: Float, green: Float, blue: Float) -> tuple[np.int32, Float, Float]:
+    """Return the luminance's place in its table and 13 (u' - u'_white), 13 (v' - v'_white) of a colour in 0..255."""
+    red, green, blue = red * _PER_LEVEL, green * _PER_LEVEL, blue * _PER_LEVEL
+    x = np.float32(0.430574) * red + np.float32(0.341550) * green + np.float32(0.178325) * blue
+    y = np.float32(0.222015) * red + np.float32(0.706655) * green + np.float32(0.071330) * blue
+    z = np.float32(0.020183) * red + np.float32(0.129553) * green + np.float32(0.939180) * blue
+    share = _ONE / (x + np.float32(15.0) * y + np.float32(3.0) * z + np.float32(1e-35))
+    u = np.float32(52.0) * x * share - np.float32(13.0 * 0.197833)
+    v = np.float32(117.0) * y * share - np.float32(13.0 * 0.468331)
+    return np.int32(y * _LIGHTNESS_STEPS), u, v
+
+
+def compute_channels(planes: Floats) -> Floats:
+    """Return the channels, (h/4, w/4, 10), before the final smoothing, of L, U and V planes, (3, h, w).
+
+    The planes are smoothed first (radius 1 px); gradients are taken on the smoothed planes and divided by their
+    neighbourhood, a triangle-weighted mean of radius 5 px. Height and width must be multiples of 4 px.
+    """
+    channels: Floats = _compute_channels(planes, orientation_table())
+    return channels
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _compute_channels(planes: Floats, orientations: Floats) -> Floats:
+    """Stream the rows through smoothing, gradient, normalisation and summing, so that all stays in the cache."""
+    height, width = planes.shape[1:]
+    channels = np.zeros((height // CELL, width // CELL, CHANNELS), np.float32)
+    smoothed = np.empty((_ROWS_KEPT, 3, width), np.float32)
+    magnitude, orientation = np.empty((_ROWS_KEPT, width), np.float32), np.empty((_ROWS_KEPT, width), np.float32)
+    line = np.empty(width + 2 * NORMALISATION_RADIUS, np.float32)
+    weight = np.empty(width, np.float32)
+    for step in range(height + 1 + NORMALISATION_RADIUS):
+        if step < height:
+            for plane in range(3):
+                _smooth_row(planes[plane], step, line, smoothed[step % _ROWS_KEPT, plane])
+        row = step - 1
+        if 0 <= row < height:
+            _gradient_row(smoothed, row, height, orientations, magnitude, orientation)
+        row = step - 1 - NORMALISATION_RADIUS
+        if row >= 0:
+            _normalise_row(magnitude, row, height, line, weight)
+            kept = row % _ROWS_KEPT
+            _sum_into_cells(channels[row // CELL], smoothed[kept], weight, orientation[kept])
+    return channels
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _smooth_row(plane: Floats, row: int, line: Floats, out: Floats) -> None:
+    """Smooth one row of a plane with [1 2 1] / 4 along both axes; border pixels are repeated outward."""
+    width = out.size
+    above, here, below = plane[max(row - 1, 0)], plane[row], plane[min(row + 1, plane.shape[0] - 1)]
+    for x in range(width):
+        line[x + 1] = (above[x] + _TWO * here[x] + below[x]) * _SIXTEENTH
+    line[0], line[width + 1] = line[1], line[width]
+    for x in range(width):
+        out[x] = line[x] + _TWO * line[x + 1] + line[x + 2]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _gradient_row(
+    smoothed: Floats, row: int, height: int, orientations: Floats, magnitude: Floats, orientation: Floats
+) -> None:
+    """Write one row of the magnitude and direction [bins, 0..6) of the plane with the strongest gradient."""
+    above, below = max(row - 1, 0), min(row + 1, height - 1)
+    down = _HALF if below - above == 2 else _ONE
+    upper, here, lower = smoothed[above % _ROWS_KEPT], smoothed[row % _ROWS_KEPT], smoothed[below % _ROWS_KEPT]
+    magnitudes, directions = magnitude[row % _ROWS_KEPT], orientation[row % _ROWS_KEPT]
+    width = magnitudes.size
+    for x in range(1, width - 1):
+        magnitudes[x], directions[x] = _strongest(upper, here, lower, x, x - 1, x + 1, down, _HALF)
+    magnitudes[0], directions[0] = _strongest(upper, here, lower, 0, 0, 1, down, _ONE)
+    last = width - 1
+    magnitudes[last], directions[last] = _strongest(upper, here, lower, last, last - 1, last, down, _ONE)
+    for x in range(width):
+        directions[x] = orientations[np.int32(directions[x]) + COSINE_STEPS + COSINE_MARGIN]
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _strongest(
+    upper: Floats, here: Floats, lower: Floats, x: int, left: int, right: int, down: Float, across: Float
+) -> tuple[Float, Float]:
+    """Return magnitude and cosine [1/10000] of the strongest plane's gradient at one pixel (the first on ties)."""
+    best_x = (here[0, right] - here[0, left]) * across
+    best_y = (lower[0, x] - upper[0, x]) * down
+    best = best_x * best_x + best_y * best_y
+    for plane in range(1, 3):
+        gradient_x = (here[plane, right] - here[plane, left]) * across
+        gradient_y = (lower[plane, x] - upper[plane, x]) * down
+        square = gradient_x * gradient_x + gradient_y * gradient_y
+        stronger = square > best
+        best = square if stronger else best
+        best_x = gradient_x if stronger else best_x
+        best_y = gradient_y if stronger else best_y
+    magnitude = np.sqrt(max(best, _SMALLEST_SQUARE))
+    # Directions are taken modulo half a turn: a gradient that points up counts as its opposite.
+    towards = -best_x if best_y < _ZERO else best_x
+    return magnitude, towards / magnitude * _STEPS
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _normalise_row(magnitude: Floats, row: int, height: int, line: Floats, out: Floats) -> None:
+    """Divide one row of magnitudes by their neighbourhood and spread it over a cell; the border is mirrored."""
+    radius, width = NORMALISATION_RADIUS, out.size
+    line[:] = _ZERO
+    for shift in range(-radius, radius + 1):
+        share = np.float32((radius + 1 - abs(shift)) / (radius + 1) ** 4)
+        source = magnitude[mirror(row + shift, height) % _ROWS_KEPT]
+        for x in range(width):
+            line[radius + x] += share * source[x]
+    for x in range(radius):
+        line[radius - 1 - x] = line[radius + mirror(x, width)]
+        line[radius + width + x] = line[radius + mirror(width + x, width)]
+    here = magnitude[row % _ROWS_KEPT]
+    for x in range(width):
+        neighbourhood = _ZERO
+        for tap in range(2 * radius + 1):
+            neighbourhood += np.float32(radius + 1 - abs(tap - radius)) * line[x + tap]
+        out[x] = here[x] / (neighbourhood + NORMALISATION_OFFSET) * _PER_CELL
+
+
+@numba.njit(cache=True)
+def mirror(index: int, length: int) -> int:
+    """Return the index inside 0 .. length - 1 that an index just outside stands for, the border pixel repeated."""
+    if index < 0:
+        index = -1 - index
+    if index >= length:
+        index = 2 * length - 1 - index
+    return min(max(index, 0), length - 1)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _sum_into_cells(cells: Floats, colours: Floats, weight: Floats, orientation: Floats) -> None:
+    """Add one row of pixels to its row of cells: colour, magnitude, and the two direction bins nearest to each."""
+    for column in range(cells.shape[0]):
+        cell = cells[column]
+        for x in range(column * CELL, (column + 1) * CELL):
+            cell[0] += colours[0, x] * _PER_CELL
+            cell[1] += colours[1, x] * _PER_CELL
+            cell[2] += colours[2, x] * _PER_CELL
+            cell[3] += weight[x]
+            first = np.int32(orientation[x])
+            second = first + 1 if first + 1 < ORIENTATIONS else 0
+            beyond = weight[x] * (orientation[x] - np.float32(first))
+            cell[4 + first] += weight[x] - beyond
+            cell[4 + second] += beyond

@@ -1,0 +1,94 @@
+"""What a fixed camera sees without people, and what that rules out.
+
+A still camera on a still scene repeats its mistakes in every frame, so no later count of hits filters them. One
+person-free image per camera, part of its calibration, does: a person is a change of pixels.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array
+
+Image = NDArray[np.uint8]
+
+# Images are compared as means over cells of this many pixels: a noise of 6 grey levels, the most that worlds draw,
+# leaves 6 / 4 = 1.5 in a cell, 2.1 in the difference of two.
+CELL = 4  # [px]
+# A cell has changed when one of its colours differs by more: 5 standard deviations of that difference.
+CHANGED_LEVEL = 11  # [grey levels]
+# A box with a smaller part changed holds no person: rendered people change 27 to 75 % of a box around them, and one in
+# clothes of the wall's colour still has head, shoes and shade.
+LEAST_CHANGED_PART = 0.08
+# A box that the empty scene gives too needs more: a passer-by who covers a corner of it explains nothing.
+LEAST_CHANGED_PART_OF_REPEATED = 0.2
+# Boxes of one mistake jump between neighbouring scales (2 ** (1/8)) and cells from frame to frame; two with this
+# overlap (intersection over union) are the same.
+SAME_PLACE_OVERLAP = 0.5
+
+
+class StillScene:
+    """The person-free view of one fixed camera.
+
+    Attributes:
+        boxes: The detector's own mistakes in it, shape (m, 4): x, y, width, height [px].
+    """
+
+    def __init__(self, image: Image, boxes: Array) -> None:
+        """Keep the calibration image, (height, width, 3) RGB, and the proposals that it gives."""
+        self.boxes = np.asarray(boxes, float).reshape(-1, 4)
+        self._shape = image.shape
+        self._cells = _cell_means(image)
+
+    def keep(self, image: Image, boxes: Array) -> NDArray[np.bool_]:
+        """Tell which boxes, shape (n, 4) [px], may hold a person; shape (n,)."""
+        part = self.changed_part(image, boxes)
+        repeated = overlaps(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
+        return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
+
+    def may_hold(self, image: Image, smallest_area: float) -> bool:
+        """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
+        return bool(self._changed(image).sum() * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
+
+    def changed_part(self, image: Image, boxes: Array) -> Array:
+        """Return the part of each box, shape (n, 4) [px], whose pixels differ from the empty scene; shape (n,).
+
+        A box that reaches over the image's edge counts as unchanged out there.
+        """
+        integral = cv2.integral(self._changed(image).astype(np.uint8))
+        rows, columns = integral.shape
+        x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T
+        left, right = (np.clip(np.round(x / CELL), 0, columns - 1).astype(int) for x in (x0, x0 + width))
+        top, bottom = (np.clip(np.round(y / CELL), 0, rows - 1).astype(int) for y in (y0, y0 + height))
+        count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]
+        part: Array = count * CELL**2 / (width * height)
+        return part
+
+    def _changed(self, image: Image) -> NDArray[np.bool_]:
+        if image.shape != self._shape:
+            raise BadInputError(f"image is {image.shape}, but the camera was calibrated with {self._shape}")
+        red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
+        changed: NDArray[np.bool_] = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
+        return changed
+
+
+def overlaps(first: Array, second: Array) -> Array:
+    """Return the intersection over union of boxes (n, 4) with boxes (m, 4), both x, y, width, height; shape (n, m)."""
+    a, b = np.asarray(first, float).reshape(-1, 1, 4), np.asarray(second, float).reshape(1, -1, 4)
+    low = np.maximum(a[..., :2], b[..., :2])
+    high = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:])
+    shared = np.prod(np.maximum(high - low, 0.0), axis=-1)
+    union = np.prod(a[..., 2:], axis=-1) + np.prod(b[..., 2:], axis=-1) - shared
+    overlap: Array = shared / union
+    return overlap
+
+
+def _cell_means(image: Image) -> Image:
+    rows, columns = image.shape[0] // CELL, image.shape[1] // CELL
+    means: Image = cv2.resize(  # type: ignore[assignment]
+        image[: rows * CELL, : columns * CELL], (columns, rows), interpolation=cv2.INTER_AREA
+    )
+    return means

@@ -1,0 +1,148 @@
+"""Trains the ACF classifier on the INRIA person data in four bootstrapped stages [Dollar2014]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.detection.acf import AcfModel
+from han_bullet.detection.channels import Floats
+from han_bullet.detection.training.acf_samples import (
+    CROP_MARGIN,
+    collect_negatives,
+    estimate_lambdas,
+    image_files,
+    person_crop,
+    read_image,
+    window_features,
+)
+from han_bullet.detection.training.boosting import BoostingStep, Trees, boost, quantise
+from han_bullet.errors import BadInputError
+
+LEAF_CALIBRATION = 0.005  # added to each leaf after training, so that the cascade gives up fewer people
+DETECTION_CALIBRATION = 0.01  # added once more to the finished classifier, as the original's INRIA demo does
+REPORTED_TREES = 16  # the log has a line for every so many trees
+
+Report = Callable[[str, float], None]
+"""Gets a line for the log and the share of the whole work that is done, in [0, 1]."""
+
+
+@dataclass(frozen=True)
+class AcfTrainingOptions:
+    """What the training may vary; the defaults are those of the original for INRIA.
+
+    Attributes:
+        trees_of_stages: Each stage trains a classifier from scratch, the next one on what it got wrong.
+        new_negatives: Background windows gathered for each stage.
+        all_negatives: Background windows kept in total.
+        per_photograph: Background windows taken from one photograph at most.
+    """
+
+    trees_of_stages: tuple[int, ...] = (32, 128, 512, 2048)
+    new_negatives: int = 5000
+    all_negatives: int = 10_000
+    per_photograph: int = 25
+
+    def __post_init__(self) -> None:
+        """Check that every count is positive."""
+        counts = (*self.trees_of_stages, self.new_negatives, self.all_negatives, self.per_photograph)
+        if not self.trees_of_stages or min(counts) < 1:
+            raise BadInputError(f"training options {self}: all counts must be at least 1")
+
+
+def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrainingOptions | None = None) -> AcfModel:
+    """Train a classifier, write it, and write each stage's classifier beside it (`<out>_stage<k>.npz`).
+
+    The same seed and data give the same file contents bit for bit.
+
+    Args:
+        data: Folder that holds inria/train_pos (crops of 96 x 160 px) and inria/train_neg (photographs).
+        out: File to write, .npz.
+        seed: Of all random choices.
+        report: Receives the log.
+        options: Sizes of the stages.
+
+    Raises:
+        BadInputError: If the data are missing or unreadable.
+    """
+    options = options or AcfTrainingOptions()
+    rng = np.random.default_rng(seed)
+    photographs = image_files(data / "inria" / "train_neg")
+    people, lambdas = _people(image_files(data / "inria" / "train_pos"), report)
+    negatives: Floats = np.empty((0, people.shape[1]), np.float32)
+    model: AcfModel | None = None
+    total, done = sum(options.trees_of_stages), 0
+    for stage, trees in enumerate(options.trees_of_stages, start=1):
+        line = _StageLog(stage, done / total, (done + trees) / total, report)
+        fresh, used = collect_negatives(
+            photographs, model, options.new_negatives, options.per_photograph, rng, line.gathering
+        )
+        line.say(f"{len(fresh)} negatives from {used} photographs", _StageLog.GATHERING)
+        negatives = np.concatenate([_subset(negatives, options.all_negatives - len(fresh), rng), fresh])
+        model = _train_stage(people, negatives, trees, lambdas, rng, line)
+        model.save(out.with_name(f"{out.stem}_stage{stage}.npz"))
+        done += trees
+    assert model is not None  # there is at least one stage
+    model = replace(model, leaves=model.leaves + np.float32(DETECTION_CALIBRATION))
+    model.save(out)
+    return model
+
+
+class _StageLog:
+    """Puts the progress of one stage in its place within the whole."""
+
+    GATHERING = 0.5  # share of a stage's time that goes into gathering its negatives
+
+    def __init__(self, stage: int, start: float, end: float, report: Report) -> None:
+        self._name, self._start, self._end, self._report = f"stage {stage}", start, end, report
+
+    def say(self, text: str, done: float) -> None:
+        """Pass on a line, with the share of the stage that is done."""
+        self._report(f"{self._name}: {text}", self._start + (self._end - self._start) * done)
+
+    def gathering(self, done: float) -> None:
+        """Tell that a part of the negatives is there."""
+        self.say("gathering negatives", self.GATHERING * done)
+
+    def tree(self, step: BoostingStep, trees: int) -> None:
+        """Tell how a tree came out."""
+        if step.tree % REPORTED_TREES == 0:
+            text = f"tree {step.tree}  alpha {step.alpha:.3f}  error {step.error:.3f}  loss {step.loss:.2e}"
+            self.say(text, self.GATHERING + (1.0 - self.GATHERING) * step.tree / trees)
+
+
+def _people(files: list[Path], report: Report) -> tuple[Floats, tuple[float, float, float]]:
+    """Return the people's features, (n, 5120), and the lambdas measured on them."""
+    crops = [person_crop(read_image(file)) for file in files]
+    features = np.array([window_features(crop) for crop in crops])
+    inner = slice(CROP_MARGIN, -CROP_MARGIN)
+    lambdas = estimate_lambdas([np.ascontiguousarray(crop[inner, inner]) for crop in crops])
+    report(f"{len(crops)} people, lambdas {lambdas}", 0.0)
+    return features, lambdas
+
+
+def _subset(samples: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Return at most `count` of the samples, in their order, drawn at random."""
+    if len(samples) <= count:
+        return samples
+    return samples[np.sort(rng.choice(len(samples), count, replace=False))]
+
+
+def _train_stage(
+    people: Floats,
+    negatives: Floats,
+    trees: int,
+    lambdas: tuple[float, float, float],
+    rng: np.random.Generator,
+    line: _StageLog,
+) -> AcfModel:
+    """Train one stage's classifier from scratch."""
+    data = quantise(np.concatenate([people, negatives]))
+    is_person: NDArray[np.bool_] = np.arange(len(people) + len(negatives)) < len(people)
+    trained: Trees = boost(data, is_person, trees, rng, lambda step: line.tree(step, trees))
+    leaves = trained.leaves + np.float32(LEAF_CALIBRATION)
+    return AcfModel(trained.features, trained.thresholds, leaves, lambdas)

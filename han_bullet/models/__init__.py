@@ -1,0 +1,1 @@
+"""Trained weights, each with a card that says from what and how well."""

@@ -1,0 +1,54 @@
+"""A progress bar for a run, with the real-time factor."""
+
+from __future__ import annotations
+
+import time
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from han_bullet.episode import Hook, Tick
+
+REFRESH_PERIOD = 0.25  # [s] of wall clock
+
+
+class ProgressBar(Hook):
+    """Show simulated time, status and real-time factor while a run goes on.
+
+    Args:
+        name: Of the world.
+        duration: When the run ends at the latest [s].
+        console: Where to draw.
+    """
+
+    def __init__(self, name: str, duration: float, console: Console) -> None:
+        self._bar = Progress(
+            TextColumn("[bold]{task.description}"),
+            BarColumn(),
+            TextColumn(
+                "{task.completed:5.1f} s simulated, {task.fields[factor]:.2f} x real time, {task.fields[status]}"
+            ),
+            TimeElapsedColumn(),
+            console=console,
+            transient=True,
+        )
+        self._task = self._bar.add_task(name, total=duration, factor=0.0, status="")
+        self._started: float | None = None
+        self._drawn = 0.0
+
+    def record(self, tick: Tick) -> None:
+        """Move the bar on, a few times a second."""
+        now = time.perf_counter()
+        if self._started is None:
+            self._started = now
+            self._bar.start()
+        if now - self._drawn < REFRESH_PERIOD:
+            return
+        self._drawn = now
+        factor = tick.observation.time / max(now - self._started, 1e-9)
+        status = tick.decision.status.value
+        self._bar.update(self._task, completed=tick.observation.time, factor=factor, status=status)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        self._bar.stop()

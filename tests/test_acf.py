@@ -1,0 +1,185 @@
+"""The ACF detector: its model file, its boxes, its agreement with the original."""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from han_bullet.detection.acf import AcfDetector, AcfModel, load_acf_model
+from han_bullet.detection.toolbox import load_toolbox_model
+from han_bullet.errors import BadInputError
+
+
+def small_model(seed: int = 1, trees: int = 6) -> AcfModel:
+    """A classifier of random trees that lets some windows of noise through."""
+    rng = np.random.default_rng(seed)
+    features = rng.integers(0, 5120, (trees, 3)).astype(np.int32)
+    thresholds = np.where(features % 10 < 3, 0.4, 0.02).astype(np.float32)
+    leaves = rng.normal(0.0, 0.7, (trees, 4)).astype(np.float32)
+    return AcfModel(features, thresholds, leaves, (0.0, 0.11, 0.11))
+
+
+def noise(seed: int = 0, height: int = 200, width: int = 260) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
+
+
+def read(path: Path) -> np.ndarray:
+    return np.ascontiguousarray(cv2.imread(str(path))[..., ::-1])
+
+
+def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path) -> None:
+    model = replace(small_model(), score_threshold=12.5)
+    model.save(tmp_path / "model.npz")
+    loaded = AcfModel.load(tmp_path / "model.npz")
+    assert np.array_equal(loaded.features, model.features)
+    assert np.array_equal(loaded.thresholds, model.thresholds)
+    assert np.array_equal(loaded.leaves, model.leaves)
+    assert replace(loaded, features=model.features, thresholds=model.thresholds, leaves=model.leaves) == model
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no archive", b"\x93NUMPY", b"plain text"])
+def test_a_malformed_file_is_bad_input(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "model.npz").write_bytes(content)
+    with pytest.raises(BadInputError, match="is not an ACF model"):
+        AcfModel.load(tmp_path / "model.npz")
+
+
+def test_a_file_with_pickled_objects_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "model.npz", features=np.array([{"a": 1}], dtype=object), lambdas=np.zeros(3))
+    with pytest.raises(BadInputError, match="allow_pickle=False"):
+        AcfModel.load(tmp_path / "model.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("features", np.full((6, 3), 5120, np.int32)),
+        ("features", np.full((6, 3), -1, np.int32)),
+        ("features", np.zeros((5, 3), np.int32)),
+        ("thresholds", np.full((6, 3), np.nan, np.float32)),
+        ("leaves", np.full((6, 4), np.nan, np.float32)),
+        ("lambdas", (0.0, 0.1)),
+        ("lambdas", (0.0, math.inf, 0.1)),
+        ("window_height", 130),
+        ("person_height", 0),
+        ("cascade_threshold", math.nan),
+        ("score_threshold", math.nan),
+    ],
+)
+def test_a_model_that_makes_no_sense_is_bad_input(name: str, value: object) -> None:
+    with pytest.raises(BadInputError, match="ACF model"):
+        replace(small_model(), **{name: value})
+
+
+def test_an_unknown_name_tells_which_models_there_are() -> None:
+    with pytest.raises(BadInputError, match="acf_inria"):
+        load_acf_model("acf_of_dreams")
+
+
+def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
+    model = load_acf_model("acf_inria")
+    assert model.features.shape == (2048, 3)
+    assert math.isfinite(model.score_threshold)
+    folder = Path(__file__).parent.parent / "han_bullet" / "models"
+    assert (folder / "acf_inria.npz").stat().st_size < 500_000
+    assert f"{model.score_threshold:.2f}" in (folder / "acf_inria.md").read_text(encoding="utf-8")
+
+
+def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
+    boxes, scores = AcfDetector(small_model()).detect(noise())
+    assert len(boxes) == len(scores) > 3
+    assert boxes.dtype == scores.dtype == np.float64
+    assert np.all(np.diff(scores) <= 0.0)
+    assert boxes[:, 2] / boxes[:, 3] == pytest.approx(np.full(len(boxes), 0.41))
+    assert boxes[:, 3].min() >= 100.0 - 1e-9
+
+
+def test_the_same_image_gives_the_same_boxes_bit_for_bit() -> None:
+    first, second = (AcfDetector(small_model()).detect(noise(3)) for _ in range(2))
+    assert np.array_equal(first[0], second[0])
+    assert np.array_equal(first[1], second[1])
+
+
+def test_a_minimum_height_leaves_out_exactly_the_smaller_windows() -> None:
+    image = noise(5, 260, 300)
+    boxes, scores = AcfDetector(small_model()).scan(image)
+    fewer, fewer_scores = AcfDetector(small_model(), minimum_height=150.0).scan(image)
+    tall = boxes[:, 3] >= 150.0
+    assert 0 < tall.sum() < len(boxes)
+    assert np.array_equal(fewer, boxes[tall])
+    assert np.array_equal(fewer_scores, scores[tall])
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (99, 300), (300, 40), (1, 1)])
+def test_an_image_smaller_than_a_person_holds_nobody(shape: tuple[int, int]) -> None:
+    boxes, scores = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
+    assert boxes.shape == (0, 4)
+    assert scores.shape == (0,)
+
+
+@pytest.mark.parametrize(
+    "image", [np.zeros((200, 200), np.uint8), np.zeros((200, 200, 4), np.uint8), np.zeros((9, 9, 3))]
+)
+def test_an_array_that_is_no_rgb_image_is_bad_input(image: np.ndarray) -> None:
+    with pytest.raises(BadInputError, match=r"must be \(h, w, 3\) and uint8"):
+        AcfDetector(small_model()).detect(image)
+
+
+@pytest.mark.parametrize("options", [{"minimum_height": -1.0}, {"minimum_height": math.nan}, {"largest_overlap": 0.0}])
+def test_a_senseless_option_is_bad_input(options: dict[str, float]) -> None:
+    with pytest.raises(BadInputError, match=next(iter(options))):
+        AcfDetector(small_model(), **options)
+
+
+def test_a_file_that_is_no_toolbox_model_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "model.mat").write_bytes(b"MATLAB 5.0 MAT-file, but not really")
+    with pytest.raises(BadInputError, match="toolbox"):
+        load_toolbox_model(tmp_path / "model.mat")
+
+
+@pytest.mark.data
+def test_a_toolbox_model_with_other_trees_is_bad_input(data_folder: Path) -> None:
+    with pytest.raises(BadInputError, match="depth-2"):
+        load_toolbox_model(data_folder / "models" / "LdcfInriaDetector.mat")
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["photo", "rendering"])
+def test_the_originals_model_finds_the_originals_boxes(data_folder: Path, name: str) -> None:
+    folder = data_folder.parent / "reference" / "acf"
+    if not folder.is_dir():
+        pytest.skip(f"no reference boxes of the original detector in {folder}")
+    expected = np.load(folder / f"{name}.npz")["boxes"]
+    detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
+    boxes, scores = detector.detect(read(folder / f"{name}.png"))
+    for box in expected:
+        nearest = np.abs(boxes - box[:4]).max(axis=1).argmin()
+        assert boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
+        assert scores[nearest] == pytest.approx(box[4], abs=2.0)  # of 2048 votes of .2
+
+
+@pytest.mark.data
+def test_scores_on_photographs_stay_near_those_of_the_original(data_folder: Path) -> None:
+    file = data_folder.parent / "reference" / "acf" / "inria_test_boxes.csv"
+    if not file.is_file():
+        pytest.skip(f"no reference boxes of the original detector in {file}")
+    rows = list(csv.DictReader(file.open(encoding="utf-8")))
+    detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
+    differences, strong = [], 0
+    for image in sorted({row["image"] for row in rows})[:24]:
+        boxes, scores = detector.detect(read(data_folder / "inria" / "test" / image))
+        for row in rows:
+            if row["image"] == image and float(row["score"]) > 40.0:
+                strong += 1
+                box = [float(row[key]) for key in ("x", "y", "width", "height")]
+                same = np.abs(boxes - box).max(axis=1) < 0.01
+                differences.extend(scores[same] - float(row["score"]))
+    assert strong >= 50
+    # Now and then the neighbouring window is a little stronger, and suppression keeps that one instead.
+    assert len(differences) >= 0.85 * strong
+    assert np.abs(differences).max() < 2.0
+    assert abs(np.mean(differences)) < 0.3

@@ -1,0 +1,59 @@
+"""The soft cascade over windows."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from han_bullet.detection.cascade import feature_offsets, scan
+from han_bullet.detection.channels import CHANNELS
+
+ROWS, COLUMNS = 4, 3  # a small window [cells]
+
+
+def random_trees(rng: np.random.Generator, trees: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    features = rng.integers(0, ROWS * COLUMNS * CHANNELS, (trees, 3)).astype(np.int32)
+    return features, rng.random((trees, 3), np.float32), rng.normal(0, 0.5, (trees, 4)).astype(np.float32)
+
+
+def plain_score(window: np.ndarray, features: np.ndarray, thresholds: np.ndarray, leaves: np.ndarray, give_up: float):
+    values, score = window.reshape(-1), np.float32(0)
+    for tree in range(len(features)):
+        side = int(values[features[tree, 0]] >= thresholds[tree, 0])
+        leaf = int(values[features[tree, 1 + side]] >= thresholds[tree, 1 + side])
+        score += leaves[tree, 2 * side + leaf]
+        if score <= np.float32(give_up):
+            return None
+    return score
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(-2, 1))
+def test_the_scan_equals_the_trees_applied_to_each_window(seed: int, rows: int, columns: int, give_up: float) -> None:
+    rng = np.random.default_rng(seed)
+    level = rng.random((rows, columns, CHANNELS), np.float32)
+    features, thresholds, leaves = random_trees(rng, 12)
+    found = scan(level, ROWS, COLUMNS, feature_offsets(features, COLUMNS, columns), thresholds, leaves, give_up)
+    expected = [
+        (row, column, score)
+        for row in range(rows - ROWS + 1)
+        for column in range(columns - COLUMNS + 1)
+        if (
+            score := plain_score(
+                level[row : row + ROWS, column : column + COLUMNS], features, thresholds, leaves, give_up
+            )
+        )
+        is not None
+    ]
+    assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+
+
+def test_a_lower_limit_never_loses_a_window() -> None:
+    rng = np.random.default_rng(5)
+    level = rng.random((20, 20, CHANNELS), np.float32)
+    features, thresholds, leaves = random_trees(rng, 30)
+    offsets = feature_offsets(features, COLUMNS, 20)
+    strict = scan(level, ROWS, COLUMNS, offsets, thresholds, leaves, -0.5)
+    loose = scan(level, ROWS, COLUMNS, offsets, thresholds, leaves, -5.0)
+    places = [set(zip(found[0].tolist(), found[1].tolist(), strict=True)) for found in (strict, loose)]
+    assert 0 < len(places[0]) < len(places[1])
+    assert places[0] <= places[1]

@@ -1,0 +1,134 @@
+"""The command line as a person meets it: help, tables, one-sentence errors, exit codes."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from han_bullet.cli import main
+from han_bullet.world_file import find_world, json_schema
+
+
+def short_world(folder: Path, **changes: object) -> Path:
+    """A copy of real2 that ends after a second."""
+    document = yaml.safe_load(find_world("real2").read_text()) | {"duration": 1.0} | changes
+    path = folder / "short.yaml"
+    path.write_text(yaml.safe_dump(document))
+    return path
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("han-bullet: ") and captured.err.count("\n") == 1
+    assert "Traceback" not in captured.err + captured.out
+    return captured.err
+
+
+def test_worlds_lists_each_world_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["worlds"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert {line.split()[0] for line in lines} >= {"real2", "sim1"}
+
+
+def test_checking_a_world_shows_what_its_cameras_cover(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["worlds", "real2"]) == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in ("camera1", "camera2", "camera3", "camera4", "onboard"))
+
+
+def test_the_schema_can_be_printed_for_editors(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["worlds", "--schema"]) == 0
+    assert json.loads(capsys.readouterr().out) == json_schema()
+
+
+@pytest.mark.parametrize("command", ["worlds", "run", "detect", "evaluate", "train"])
+def test_every_command_has_help_with_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    assert "examples:" in capsys.readouterr().out
+
+
+def test_an_unknown_world_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "'nowhere' is not known; there are" in complaint(capsys, "run", "nowhere")
+
+
+def test_an_unknown_option_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--sed" in complaint(capsys, "run", "real2", "--sed", "3")
+
+
+@pytest.mark.parametrize("seed", ["-1", "1.5", "x"])
+def test_a_seed_that_is_no_natural_number_is_refused(seed: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert seed in complaint(capsys, "run", "real2", f"--seed={seed}")
+
+
+def test_an_unknown_layer_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    message = complaint(
+        capsys, "run", "real2", "--perception", "truth", "--no-video", "--without", "overtke", "--out", str(out)
+    )
+    assert "'overtke'" in message and "overtake" in message
+    assert not out.exists()
+
+
+def test_an_unknown_camera_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "camera9" in complaint(capsys, "run", "real2", "--cameras", "camera9")
+
+
+def test_an_unknown_detector_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "nothing_like_it" in complaint(capsys, "run", "real2", "--detector", "nothing_like_it", "--no-video")
+
+
+def test_a_person_inside_a_wall_is_told_with_file_and_field(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    document = yaml.safe_load(find_world("real2").read_text())
+    document["people"][0]["start"] = [4.5, 1.48, 0.0]
+    path = short_world(tmp_path, people=document["people"], seed_varies={"person_start": 0.0})
+    message = complaint(capsys, "run", str(path))
+    assert "short.yaml" in message and "people[0].start" in message and "wall" in message
+
+
+def test_a_goal_that_cannot_be_reached_is_told_with_file_and_field(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    walls = yaml.safe_load(find_world("real2").read_text())["walls"]
+    path = short_world(tmp_path, walls=[*walls, {"start": [10.0, -1.5], "end": [10.0, 1.5]}])
+    message = complaint(capsys, "worlds", str(path))
+    assert "short.yaml" in message and "task.pose" in message and "no free way" in message
+
+
+def test_an_expectation_on_a_metric_that_does_not_exist_is_told_before_the_run(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = short_world(tmp_path, expectations=[{"metric": "applause", "at_least": 1.0}])
+    out = tmp_path / "run"
+    assert "'applause'" in complaint(capsys, "run", str(path), "--perception", "truth", "--no-video", "--out", str(out))
+    assert not out.exists()
+
+
+def test_a_check_that_fails_names_the_expectation_and_the_figure(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = short_world(tmp_path)
+    arguments = ["run", str(path), "--perception", "truth", "--no-video", "--out", str(tmp_path / "run")]
+    assert main([*arguments, "--check"]) == 1
+    assert "outcome is timeout, expected == arrived" in capsys.readouterr().out
+    assert main(arguments) == 0
+
+
+def test_detect_writes_boxes_and_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "grey.png"
+    cv2.imwrite(str(picture), np.full((240, 320, 3), 128, np.uint8))
+    assert main(["detect", str(picture), "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/detections.csv").read_text() == "image,x,y,width,height,score,probability\n"
+    assert cv2.imread(str(tmp_path / "out/grey.png")).shape == (240, 320, 3)
+
+
+def test_detect_refuses_what_is_no_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    text = tmp_path / "notes.png"
+    text.write_text("hello")
+    assert "notes.png is not a picture" in complaint(capsys, "detect", str(text), "--out", str(tmp_path / "out"))
+    assert "does not exist" in complaint(capsys, "detect", str(tmp_path / "missing.jpg"))
