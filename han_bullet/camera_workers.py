@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.shared_memory import SharedMemory
 from types import TracebackType
@@ -104,10 +104,16 @@ class CameraWorkers(FrameSource, Detector):
             theirs.close()
             self._workers.append((process, ours))
         self._ready = False
+        self._found: dict[tuple[str, float], Detections] = {}
 
     def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
-        """Return one image per camera, shape (height, width, 3), uint8."""
-        self._spread([("render", name, state) for name in self._longest_first(cameras)])
+        """Return one image per camera, shape (height, width, 3), uint8.
+
+        The worker that renders a picture looks for people in it at once, while other pictures are still being made;
+        `detect` hands over what it found.
+        """
+        found = self._spread([("look", name, state) for name in self._longest_first(cameras)])
+        self._found = {(name, state.time): detections for name, detections in found.items()}
         return [self._view(name).copy() for name in cameras]
 
     def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
@@ -116,12 +122,15 @@ class CameraWorkers(FrameSource, Detector):
         return [self._view(name).copy() for name in cameras]
 
     def detect(self, frames: Sequence[Frame]) -> list[Detections]:
-        """Return the detections of each frame."""
+        """Return the detections of frames whose pictures the last `render` made.
+
+        Raises:
+            HanError: A frame is another one.
+        """
         for frame in frames:
-            self._view(frame.camera)[:] = frame.image
-        without_image = {frame.camera: replace(frame, image=np.zeros((0, 0, 3), np.uint8)) for frame in frames}
-        done = self._spread([("detect", name, without_image[name]) for name in self._longest_first(without_image)])
-        return [done[frame.camera] for frame in frames]
+            if (frame.camera, frame.time) not in self._found:
+                raise HanError(f"frame of {frame.camera!r} at {frame.time} s is not among those just rendered")
+        return [self._found[frame.camera, frame.time] for frame in frames]
 
     @property
     def process_ids(self) -> list[int]:
@@ -159,7 +168,7 @@ class CameraWorkers(FrameSource, Detector):
     def _view(self, camera: str) -> Image:
         return np.ndarray(self._shapes[camera], np.uint8, self._memories[camera].buf)
 
-    def _longest_first(self, cameras: Sequence[str] | dict[str, Frame]) -> list[str]:
+    def _longest_first(self, cameras: Sequence[str]) -> list[str]:
         """Put the onboard camera first: it renders everything and must not be the last one waited for."""
         return sorted(cameras, key=lambda name: name not in self._onboard)
 
@@ -225,9 +234,8 @@ def _serve(
     shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
     views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
     answers: dict[str, Callable[[str, Any], Any]] = {
-        "render": lambda name, state: _write(views[name], station.frames.render([name], state)[0]),
+        "look": lambda name, state: _look(station, world.camera(name), state, views[name]),
         "calibration": lambda name, _: _write(views[name], station.frames.calibration_images([name])[0]),
-        "detect": lambda name, frame: station.detector.detect([replace(frame, image=views[name].copy())])[0],
     }
     while True:
         try:
@@ -240,6 +248,14 @@ def _serve(
             connection.send(error)
     for memory in memories.values():
         memory.close()
+
+
+def _look(station: CameraStation, camera: CeilingCamera | OnboardCamera, state: SceneState, view: Image) -> Detections:
+    """Render a picture and find the people in it; where the camera believes to be is not known here, nor needed."""
+    view[:] = station.frames.render([camera.name], state)[0]
+    fixed = isinstance(camera, CeilingCamera)
+    frame = Frame(camera.name, state.time, view, camera.intrinsics, np.full((4, 4), np.nan), fixed)
+    return station.detector.detect([frame])[0]
 
 
 def _write(view: Image, image: Image) -> None:

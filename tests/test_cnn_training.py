@@ -124,12 +124,12 @@ def test_small_net_learns_bars_and_the_same_seed_gives_the_same_file(tmp_path):
             torch.manual_seed(1)
             network = SmallVgg(widths=(4, 8), hidden=8)
             network.start()
-            samples = bars(80, np.random.default_rng(1))
+            samples = bars(100, np.random.default_rng(1))
             path = tmp_path / f"{name}.safetensors"
-            accuracy = fit(network, samples, path, np.random.default_rng(2), 5, 0.02, lines.append)
+            accuracy = fit(network, samples, path, np.random.default_rng(2), 8, 0.03, lines.append)
     assert accuracy == 1.0
-    assert len(lines) == 10
-    assert "epoch 5/5" in lines[4]
+    assert len(lines) == 16
+    assert "epoch 8/8" in lines[7]
     assert (tmp_path / "first.safetensors").read_bytes() == (tmp_path / "second.safetensors").read_bytes()
     fresh = bars(20, np.random.default_rng(9))
     assert evaluate(Classifier(load_network(path)), fresh) == (1.0, 1.0, 0.0)
