@@ -18,7 +18,8 @@ from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoi
 from han_bullet.episode import Hook, Tick, run_episode
 from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
-from han_bullet.world_file import CONTROL_PERIOD, World, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import CONTROL_PERIOD, World
 
 
 class Stopwatch:

@@ -21,7 +21,7 @@ from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
-from han_bullet.world_file import CONTROL_PERIOD, GoToTask, World
+from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 ASSOCIATIONS: dict[str, type[Association]] = {
     "nnjpda": Nnjpda,

@@ -24,7 +24,7 @@ from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.messages import Detections, Frame
 from han_bullet.sim.renderer import FrameSource, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
-from han_bullet.world_file import CeilingCamera, OnboardCamera, World
+from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 Image = NDArray[np.uint8]
 STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated

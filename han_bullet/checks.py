@@ -18,7 +18,7 @@ from han_bullet.geometry import Array
 from han_bullet.messages import Scene
 from han_bullet.metrics import Metric
 from han_bullet.planning.astar import AStar
-from han_bullet.world_file import Expectation, GoToTask, Sit, Walk, World
+from han_bullet.world_schema import Expectation, GoToTask, Sit, Walk, World
 
 PERSON_RADIUS = 0.25  # [m]
 

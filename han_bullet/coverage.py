@@ -12,7 +12,7 @@ from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.geometry import Array, camera_on_robot
 from han_bullet.messages import Frame
 from han_bullet.tracking.field_of_view import FieldOfView
-from han_bullet.world_file import CeilingCamera, OnboardCamera, World
+from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 COVERAGE_RESOLUTION = 0.25  # [m]
 

@@ -20,7 +20,7 @@ from han_bullet.tallies import (
     Value,
 )
 from han_bullet.tracking.field_of_view import SMALLEST, FieldOfView
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 _CONTACT = (
     f"number of separate contacts of the robot with {{}}: signed distance <= 0 m; a touch of the same body counts "

@@ -15,7 +15,7 @@ from han_bullet.geometry import Array
 from han_bullet.lettering import Colour, Lettering, Picture
 from han_bullet.messages import Detections, Frame, Status
 from han_bullet.topdown import GOAL, INK, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 BAR: Colour = (28, 34, 46)
 LEGEND: Colour = (241, 243, 246)

@@ -15,7 +15,7 @@ from han_bullet.geometry import Array, wrap_angle
 from han_bullet.messages import Frame, Posture, TrackedPerson, TruePerson
 from han_bullet.tallies import Tally, Value, person_walks
 from han_bullet.tracking.field_of_view import FieldOfView
-from han_bullet.world_file import CONTROL_PERIOD
+from han_bullet.world_schema import CONTROL_PERIOD
 
 MATCH_WITHIN = 1.0  # [m] between a track or a foot point and a true person; two people abreast are about that far apart
 STEADY_AFTER = 1.0  # [s] of a confirmed track's life; its velocity has settled by then

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from han_bullet.episode import Hook, Tick
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")

@@ -29,7 +29,8 @@ from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.variation import vary
 from han_bullet.video import VideoRecorder
-from han_bullet.world_file import Sit, World, find_world, load_world
+from han_bullet.world_file import find_world, load_world
+from han_bullet.world_schema import Sit, World
 
 LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless", "pybullet", "torch", "filterpy")
 

@@ -17,7 +17,7 @@ import numpy as np
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
 from han_bullet.messages import Posture, Status, TruePerson
-from han_bullet.world_file import CONTROL_PERIOD
+from han_bullet.world_schema import CONTROL_PERIOD
 
 Value = float | int | str | bool | None
 

@@ -18,7 +18,7 @@ from han_bullet.episode import Tick
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.lettering import Anchor, Colour, Lettering, Picture
 from han_bullet.messages import Posture, TrackedPerson, TruePerson
-from han_bullet.world_file import CeilingCamera, GoToTask, World
+from han_bullet.world_schema import CeilingCamera, GoToTask, World
 
 OUTSIDE: Colour = (226, 230, 235)
 FLOOR: Colour = (253, 253, 251)

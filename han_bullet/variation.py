@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from han_bullet.world_file import Light, Person, Robot, SeedVariation, Sit, Walk, World
+from han_bullet.world_schema import Light, Person, Robot, SeedVariation, Sit, Walk, World
 
 OUTFITS = 8
 BUILDS = ("slim", "broad")

@@ -14,7 +14,7 @@ from han_bullet.geometry import Array
 from han_bullet.lettering import Lettering, Picture
 from han_bullet.panels import CameraStrip, TitleBar, draw_legend
 from han_bullet.topdown import TopDownView
-from han_bullet.world_file import CONTROL_PERIOD, World
+from han_bullet.world_schema import CONTROL_PERIOD, World
 
 WIDTH = 1920  # [px]; five 4:3 images of 384 px, or 81 px per metre of a 23 m corridor
 TITLE_HEIGHT, MAP_HEIGHT, LEGEND_HEIGHT, CAMERA_HEIGHT = 52, 592, 28, 288  # [px]; 960 in all, 672 without cameras

@@ -5,7 +5,8 @@ from han_bullet.checks import check_expectations, check_world, static_costmap
 from han_bullet.coverage import coverages
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric
-from han_bullet.world_file import Expectation, World, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import Expectation, World
 
 WORLD = load_world("real2")
 

@@ -101,22 +101,30 @@ def test_file_that_is_no_safetensors_is_refused_by_name(content, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    "metadata",
+    "description",
     [
-        None,
-        {"architecture": "vgg"},
-        {"architecture": "resnet", "arguments": "{}"},
-        {"architecture": "vgg", "arguments": "[1"},
-        {"architecture": "vgg", "arguments": json.dumps({"widths": [4, 8], "hidden": 9})},
-        {"architecture": "vgg", "arguments": json.dumps({"depth": 3})},
-        {"architecture": "vgg", "arguments": "3"},
+        "",
+        "[1",
+        "3",
+        json.dumps({"architecture": "vgg"}),
+        json.dumps({"architecture": "resnet", "arguments": {}}),
+        json.dumps({"architecture": "vgg", "arguments": {"widths": [4, 8], "hidden": 9}}),
+        json.dumps({"architecture": "vgg", "arguments": {"depth": 3}}),
+        json.dumps({"architecture": "vgg", "arguments": 3}),
     ],
 )
-def test_weights_with_a_wrong_description_are_refused(network, metadata, tmp_path: Path):
+def test_weights_with_a_wrong_description_are_refused(network, description, tmp_path: Path):
     path = tmp_path / "odd.safetensors"
     save_network(network, path)
-    save_file(load_file(path), path, metadata)
+    save_file(load_file(path), path, {"network": description})
     with pytest.raises(BadInputError, match=r"odd\.safetensors"):
+        load_network(path)
+
+
+def test_weights_without_a_description_are_refused(network, tmp_path: Path):
+    path = tmp_path / "bare.safetensors"
+    save_file(network.state_dict(), path)
+    with pytest.raises(BadInputError, match=r"bare\.safetensors.*network"):
         load_network(path)
 
 

@@ -11,7 +11,8 @@ from han_bullet.messages import Posture
 from han_bullet.sim.behaviours import Behaviour, Sitting, Standing, Walking, behaviour_of
 from han_bullet.sim.devices import Television
 from han_bullet.sim.trigger import RobotNow, StartSignal
-from han_bullet.world_file import TV, Person, Sit, Trigger, Walk, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import TV, Person, Sit, Trigger, Walk
 
 STEP = 1.0 / 240.0
 FAR_ROBOT = Pose2D(-50.0, 0.0, 0.0)

@@ -11,7 +11,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.projection import BODY_DEVIATION, GroundProjection
-from han_bullet.world_file import FloorArea
+from han_bullet.world_schema import FloorArea
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 CEILING = look_at(np.array([0.2, 0.0, 2.6]), np.array([6.2, 0.0, 0.9]))

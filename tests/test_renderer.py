@@ -21,7 +21,8 @@ from han_bullet.sim.room import VisualRoom
 from han_bullet.sim.room_surfaces import room_surfaces
 from han_bullet.sim.scene_state import RobotPosture, SceneState
 from han_bullet.sim.surfaces import LARGEST_TILE, box_sides
-from han_bullet.world_file import CeilingCamera, Furniture, Light, World, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import CeilingCamera, Furniture, Light, World
 
 SMALL = Intrinsics.from_vertical_field_of_view(320, 240, math.radians(45.0))
 TINY = Intrinsics.from_vertical_field_of_view(192, 144, math.radians(45.0))

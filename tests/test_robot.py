@@ -10,7 +10,7 @@ from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.sim.robot import MAX_FORCE, MecanumRobot
 from han_bullet.sim.robot_model import MecanumWheels, RobotModel
 from han_bullet.sim.scene_state import RobotPosture
-from han_bullet.world_file import PHYSICS_PERIOD, Robot
+from han_bullet.world_schema import PHYSICS_PERIOD, Robot
 
 TICK = 12  # physics steps
 

@@ -11,7 +11,8 @@ from han_bullet.geometry import Twist2D, camera_on_robot
 from han_bullet.messages import Observation, Posture, Truth
 from han_bullet.sim.renderer import InProcessRenderer
 from han_bullet.sim.simulator import Simulator
-from han_bullet.world_file import Person, Sit, Stand, Trigger, Walk, World, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import Person, Sit, Stand, Trigger, Walk, World
 
 FORWARD = Twist2D(1.0, 0.0, 0.0)
 

@@ -1,7 +1,8 @@
 import pytest
 
 from han_bullet.variation import vary
-from han_bullet.world_file import SeedVariation, Walk, load_world
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import SeedVariation, Walk
 
 WORLD = load_world("real2")
 

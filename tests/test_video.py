@@ -16,7 +16,7 @@ from han_bullet.messages import Scene
 from han_bullet.panels import BOX
 from han_bullet.topdown import GOAL, PATH, ROBOT, TRACK, TopDownView
 from han_bullet.video import MAP_HEIGHT, TITLE_HEIGHT, WIDTH, VideoRecorder
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 CAMERAS = [{"name": CAMERA.name, "kind": "ceiling", "position": CAMERA.position, "look_at": CAMERA.look_at}]
 BOX_IN_IMAGE = (300.0, 150.0, 82.0, 200.0)

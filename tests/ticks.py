@@ -24,7 +24,8 @@ from han_bullet.messages import (
     Truth,
 )
 from han_bullet.stack import Decision
-from han_bullet.world_file import CONTROL_PERIOD, CeilingCamera, World, parse_world
+from han_bullet.world_file import parse_world
+from han_bullet.world_schema import CONTROL_PERIOD, CeilingCamera, World
 
 CAMERA = CeilingCamera(name="ceiling", position=(0.0, 0.0, 2.6), look_at=(6.0, 0.0, 0.9))
 

@@ -13,7 +13,7 @@ from han_bullet.costmap.grid import INSCRIBED, Costmap
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, Twist2D, rotation, wrap_angle
 from han_bullet.messages import Observation, Path, Status, TrackedPerson
-from han_bullet.world_file import CONTROL_PERIOD
+from han_bullet.world_schema import CONTROL_PERIOD
 
 LOOK_AHEAD = 0.5  # along the way [m]; shorter follows the 45 degree corners of the grid, longer cuts into people
 BRAKING = 0.7  # part of the acceleration limit that an approach to the goal plans with; the rest corrects errors

@@ -95,10 +95,9 @@ def as_batch(crops: Image) -> Tensor:
 def save_network(network: SmallVgg | SqueezeTrunk, path: Path) -> None:
     """Write a network's weights as safetensors, in half precision, with its architecture."""
     names = {kind: name for name, kind in ARCHITECTURES.items()}
-    metadata = {"architecture": names[type(network)], "arguments": json.dumps(network.arguments)}
-    path.write_bytes(
-        save({name: weight.half().contiguous() for name, weight in network.state_dict().items()}, metadata)
-    )
+    description = json.dumps({"architecture": names[type(network)], "arguments": network.arguments})
+    weights = {name: weight.half().contiguous() for name, weight in network.state_dict().items()}
+    path.write_bytes(save(weights, {"network": description}))  # one entry: several come in random order
 
 
 def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
@@ -111,9 +110,9 @@ def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
         with safe_open(path, framework="pt") as file:
             metadata = file.metadata() or {}
             weights = {name: file.get_tensor(name).float() for name in file.keys()}  # noqa: SIM118 (it is no mapping)
-        arguments = json.loads(metadata["arguments"])
+        description = json.loads(metadata["network"])
         with torch.device("meta"):  # no random weights first: they would advance torch's generator
-            network = ARCHITECTURES[metadata["architecture"]](**arguments)
+            network = ARCHITECTURES[description["architecture"]](**description["arguments"])
         network.load_state_dict(weights, assign=True)
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())

@@ -10,7 +10,7 @@ import numpy as np
 from han_bullet.geometry import Array, Pose2D, wrap_angle
 from han_bullet.messages import Posture
 from han_bullet.sim.trigger import RobotNow, StartSignal
-from han_bullet.world_file import Person, Sit, Stand, Walk, World
+from han_bullet.world_schema import Person, Sit, Stand, Walk, World
 
 WALK_TURN_RATE = 2.0  # [rad/s]; people take about a second for a right angle
 HAND_OVER_TURN_RATE = 1.5  # [rad/s]

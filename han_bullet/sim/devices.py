@@ -6,7 +6,7 @@ import numpy as np
 
 from han_bullet.messages import DeviceMessage
 from han_bullet.sim.trigger import RobotNow, StartSignal
-from han_bullet.world_file import TV
+from han_bullet.world_schema import TV
 
 
 class Television:

@@ -14,7 +14,7 @@ from han_bullet.sim.outline import BodyOutline
 from han_bullet.sim.robot_model import RobotModel
 from han_bullet.sim.room import VisualRoom
 from han_bullet.sim.scene_state import DevicesOn, RobotPosture
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from han_bullet.messages import Posture, TruePerson
 from han_bullet.sim.behaviours import behaviour_of
 from han_bullet.sim.gait import BodyPose, Gait
 from han_bullet.sim.trigger import RobotNow
-from han_bullet.world_file import Person, World
+from han_bullet.world_schema import Person, World
 
 BODY_RADIUS = 0.25  # [m]
 STANDING_HEIGHT = 1.75  # [m]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from han_bullet.geometry import Array, Intrinsics
 from han_bullet.sim.lens import Crop, projection_matrix, view_matrix
-from han_bullet.world_file import Light
+from han_bullet.world_schema import Light
 
 Image = NDArray[np.uint8]
 EMPTY = 1.0 - 2.0**-23  # depth of a pixel in which nothing was drawn: the renderer gives a last bit less than 1

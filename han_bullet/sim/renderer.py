@@ -19,7 +19,7 @@ from han_bullet.sim.image_noise import ImageNoise
 from han_bullet.sim.lens import depth_in_buffer, visible_part, whole
 from han_bullet.sim.raster import Image, Raster, View, draw
 from han_bullet.sim.scene_state import DevicesOn, SceneState
-from han_bullet.world_file import CeilingCamera, Light, World
+from han_bullet.world_schema import CeilingCamera, Light, World
 
 __all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer", "SceneState"]
 

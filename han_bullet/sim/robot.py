@@ -10,7 +10,7 @@ import pybullet
 from han_bullet.geometry import Array, Pose2D, Twist2D, rotation
 from han_bullet.sim.robot_model import HEAD, WHEELS, RobotModel
 from han_bullet.sim.scene_state import RobotPosture
-from han_bullet.world_file import PHYSICS_PERIOD, Robot
+from han_bullet.world_schema import PHYSICS_PERIOD, Robot
 
 MAX_FORCE = 60.0  # [N]; 40 kg at 1 m/s^2 and half as much again for bends; pushes light things, stops at walls
 MAX_TORQUE = 30.0  # [N m]; several times what 3 rad/s^2 need

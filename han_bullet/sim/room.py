@@ -14,7 +14,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.geometry import SolidBox
 from han_bullet.sim.room_surfaces import Material, device_boxes, furniture_boxes, room_surfaces
 from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, stretched
-from han_bullet.world_file import TV, World
+from han_bullet.world_schema import TV, World
 
 CASING = Material(None, (0.07, 0.07, 0.08))
 SCREEN_TEXTURE = "screen_on"

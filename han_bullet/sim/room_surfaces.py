@@ -15,7 +15,7 @@ import numpy as np
 
 from han_bullet.geometry import Array, SolidBox, rotation
 from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, turned
-from han_bullet.world_file import FloorArea, Furniture, Wall, World
+from han_bullet.world_schema import FloorArea, Furniture, Wall, World
 
 OVERLAP = 0.02  # [m] that walls reach below the floor, so that no gap shows where they meet
 IN_FRONT = 0.06  # [m] before a wall face: where floor must lie for the face to be seen

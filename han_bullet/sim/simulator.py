@@ -19,7 +19,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_file import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)

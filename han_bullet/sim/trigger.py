@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from han_bullet.geometry import Array, Pose2D
-from han_bullet.world_file import Trigger
+from han_bullet.world_schema import Trigger
 
 MOVING_SPEED = 0.05  # [m/s]; from here on the robot counts as having moved
 

@@ -12,7 +12,7 @@ from han_bullet.sim.avatar import Avatar
 from han_bullet.sim.robot_model import RobotModel
 from han_bullet.sim.room import VisualRoom
 from han_bullet.sim.scene_state import SceneState
-from han_bullet.world_file import World
+from han_bullet.world_schema import World
 
 
 class Viewer:

@@ -12,7 +12,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.seats import in_sitting_area
-from han_bullet.world_file import FloorArea
+from han_bullet.world_schema import FloorArea
 
 # Deviation of the foot point in the image, upwards, per box height: 0.1 m on the floor at 2.5 m, 0.3 m at 7.5 m.
 FOOT_NOISE_ALONG = 0.05
