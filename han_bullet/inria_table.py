@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from han_bullet.detection.acf import AcfModel
 from han_bullet.detection.detector import load_detector
 from han_bullet.detection.evaluation import evaluate, load_inria_test
+from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array
 
 FALSE_POSITIVES_PER_IMAGE = 0.45  # what the paper's threshold of 40 leaves with the original's model [Mateus2019]
@@ -61,6 +62,7 @@ def evaluate_stages(data: Path, model: str, report: Callable[[float], None] = la
     Raises:
         BadInputError: The data or the model cannot be used.
     """
+    use_one_thread()
     photographs = load_inria_test(data)
     detector = load_detector(model)
     proposer, classifier = detector.proposer, detector.classifier

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.detector import load_detector
+from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics
 from han_bullet.messages import Detections, Frame
@@ -55,6 +56,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
 
 def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | None, folder: Path) -> int:
     """Write detections.csv and one picture with boxes per input; return the number of people found."""
+    use_one_thread()
     detector = load_detector(model, threshold=threshold)
     folder.mkdir(parents=True, exist_ok=True)
     found = 0

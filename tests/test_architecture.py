@@ -1,6 +1,7 @@
 """The import rule of the house, walked with ast, and what importing must not do."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -93,3 +94,10 @@ def test_the_core_imports_without_torch_or_a_window() -> None:
     modules = "han_bullet.world_file, han_bullet.planning.planner, han_bullet.costmap.layers"
     code = f"import sys, {modules}; assert not {{'torch', 'pybullet'}} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_every_source_that_is_cited_stands_in_the_references_and_the_other_way_round() -> None:
+    files = [*MODULES, *ROOT.glob("docs/*.md"), *PACKAGE.glob("models/*.md"), *ROOT.glob("urdf/*.py")]
+    cited = {key for file in files for key in re.findall(r"\[([A-Z][A-Za-z]+(?:19|20)\d\d)\]", file.read_text())}
+    listed = set(re.findall(r"^\| (\w+\d{4}) \|", (ROOT / "docs/references.md").read_text(), re.MULTILINE))
+    assert cited and cited == listed

@@ -112,7 +112,7 @@ def _add_train(commands: Commands[Parser]) -> None:
     add_option("--out", type=Path, metavar="FILE", help="weights to write (default runs/train/)")
     add_option("--seed", type=natural, default=0, help="of every random choice (default 0)")
     add_option("--acf", default="default", metavar="NAME|FILE", help="cnn: whose proposals to learn from")
-    add_option("--epochs", type=positive, default=10, help="cnn: passes over the samples (default 10)")
+    add_option("--epochs", type=positive, help="cnn: passes over the samples (default: as shipped)")
     parser.set_defaults(handler=_train)
 
 
@@ -141,8 +141,10 @@ def _train_acf(options: argparse.Namespace, out: Path, console: Console) -> None
 
 def _train_cnn(options: argparse.Namespace, out: Path, console: Console) -> None:
     from han_bullet.detection.acf import AcfDetector, load_acf_model
-    from han_bullet.detection.training.cnn_training import train_cnn
+    from han_bullet.detection.threads import use_one_thread
+    from han_bullet.detection.training.cnn_training import EPOCHS, train_cnn
 
+    use_one_thread()
     name = "acf_inria" if options.acf == "default" else options.acf
     proposer = AcfDetector(load_acf_model(name))
-    train_cnn(options.data, proposer, out, options.seed, options.epochs, report=console.log)
+    train_cnn(options.data, proposer, out, options.seed, options.epochs or EPOCHS, report=console.log)
