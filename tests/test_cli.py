@@ -119,6 +119,13 @@ def test_a_check_that_fails_names_the_expectation_and_the_figure(
     assert main(arguments) == 0
 
 
+def test_a_window_without_a_display_is_refused_in_one_sentence(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert "needs a display" in complaint(capsys, "run", "real2", "--perception", "truth", "--no-video", "--gui")
+
+
 def test_detect_writes_boxes_and_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     picture = tmp_path / "grey.png"
     cv2.imwrite(str(picture), np.full((240, 320, 3), 128, np.uint8))

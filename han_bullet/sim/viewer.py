@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 
 import numpy as np
 import pybullet
 
-from han_bullet.errors import HanError
+from han_bullet.errors import BadInputError, HanError
 from han_bullet.sim.avatar import Avatar
 from han_bullet.sim.robot_model import RobotModel
 from han_bullet.sim.room import VisualRoom
@@ -22,8 +24,11 @@ class Viewer:
         """Open the window.
 
         Raises:
-            HanError: There is no display, or a window is open already.
+            BadInputError: There is no display.
+            HanError: A window is open already.
         """
+        if sys.platform == "linux" and not os.environ.get("DISPLAY"):  # PyBullet would end the process
+            raise BadInputError("a window needs a display, and DISPLAY names none; set it or leave out --gui")
         self._client: int = pybullet.connect(pybullet.GUI)
         if self._client < 0:
             raise HanError("PyBullet's window did not open; it needs a display, and there can be one per process")
