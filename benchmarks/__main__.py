@@ -18,9 +18,9 @@ def main() -> None:
     for name, *arguments in BENCHMARKS:
         command = [sys.executable, "-m", f"benchmarks.{name}", *arguments]
         print(" ".join(command[1:]), flush=True)
-        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
         parts.append("\n".join(line for line in printed.splitlines() if not line.startswith("<!--")))
-    Path(__file__).with_name("RESULTS.md").write_text("\n\n".join(parts) + "\n")
+        Path(__file__).with_name("RESULTS.md").write_text("\n\n".join(parts) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,23 +1,17 @@
 """The paper's second experiment: a standing person walks off as the robot moves and is overtaken on the left.
 
-Run it with `python experiments/real2.py`; the results land in runs/real2/.
+Run it with `python -m experiments.real2`; the results land in runs/real2/.
 """
 
 from pathlib import Path
 
-from han_bullet.runner import RunOptions, RunResult, run_world
+from experiments.overtaking import overtake
+from han_bullet.runner import RunOptions, RunResult
 
 
-def main(seed: int = 0, folder: Path = Path("runs/real2"), **options: object) -> RunResult:
+def main(options: RunOptions = RunOptions(), folder: Path = Path("runs/real2")) -> RunResult:  # noqa: B008 (frozen)
     """Run the experiment once and say how it went."""
-    result = run_world("real2", RunOptions(seed=seed, **options), folder)  # type: ignore[arg-type]
-    metrics = {metric.name: metric.value for metric in result.metrics}
-    print(
-        f"{metrics['outcome']} after {metrics['time_to_goal']:.1f} s; "
-        f"overtook on the {metrics['overtaking_side.walker']} "
-        f"at {metrics['distance_when_level.walker']:.2f} m between centres"
-    )
-    return result
+    return overtake("real2", options, folder)
 
 
 if __name__ == "__main__":

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.detection.detector import Detector
 from han_bullet.errors import BadInputError
@@ -29,6 +30,8 @@ ASSOCIATIONS: dict[str, type[Association]] = {
     "gnn": GlobalNearestNeighbour,
 }
 
+HULL_MARGIN = 0.05  # [m]: what of a robot hides people is a little wider than its footprint: wheels, rim
+
 
 def build_tracker(world: World, association: str = "nnjpda") -> MultiCameraTracker:
     """Return the tracker of people for a world.
@@ -38,8 +41,14 @@ def build_tracker(world: World, association: str = "nnjpda") -> MultiCameraTrack
     """
     if association not in ASSOCIATIONS:
         raise BadInputError(f"association {association!r} is not known; there are {', '.join(ASSOCIATIONS)}")
-    view = FieldOfView(world.solid_boxes())
-    return MultiCameraTracker(field_of_view=view, seats=world.seats(), association=ASSOCIATIONS[association]())
+    return MultiCameraTracker(
+        field_of_view=field_of_view(world), seats=world.seats(), association=ASSOCIATIONS[association]()
+    )
+
+
+def field_of_view(world: World) -> FieldOfView:
+    """Return what the world's building and robot let cameras see."""
+    return FieldOfView(world.solid_boxes(), robot_radius=world.robot.radius + HULL_MARGIN)
 
 
 def build_stack(
@@ -49,6 +58,7 @@ def build_stack(
     tracker: PeopleTracker,
     without: Collection[str] = (),
     pass_side: str = "left",
+    layers: Sequence[Layer] = (),
 ) -> NavigationStack:
     """Return the stack for a world.
 
@@ -58,6 +68,7 @@ def build_stack(
         tracker: Follows them on the floor.
         without: Names of layers to leave out.
         pass_side: On which side of walking people the robot overtakes, "left" or "right".
+        layers: Further layers, applied after the standard ones.
 
     Raises:
         BadInputError: A layer or a layer's parameter that does not exist.
@@ -72,15 +83,18 @@ def build_stack(
         tracker=tracker,
         situation=Situation(task=task, devices=_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),
-        layers=standard_layers(
-            boxes,
-            robot_radius=robot.radius,
-            inflation_radius=settings.inflation_radius,
-            cost_scaling_factor=settings.cost_scaling_factor,
-            pass_side=pass_side,
-            without=without,
-            parameters=world.layers,
-        ),
+        layers=[
+            *standard_layers(
+                boxes,
+                robot_radius=robot.radius,
+                inflation_radius=settings.inflation_radius,
+                cost_scaling_factor=settings.cost_scaling_factor,
+                pass_side=pass_side,
+                without=without,
+                parameters=world.layers,
+            ),
+            *layers,
+        ],
         planner=Planner(weight=settings.astar_weight, replan_period=1.0 / settings.replan_rate),
         follower=Follower(
             radius=robot.radius,
@@ -103,4 +117,5 @@ def task_of(world: World) -> Task:
 
 
 def _devices(world: World) -> list[Device]:
-    return [Device(device.name, np.array(device.position), device.on) for device in world.devices]
+    """Return the devices, taken to be off until their first message."""
+    return [Device(device.name, np.array(device.position), on=False) for device in world.devices]

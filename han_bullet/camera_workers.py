@@ -7,8 +7,10 @@ in a result. Images travel through shared memory.
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.shared_memory import SharedMemory
@@ -37,16 +39,14 @@ class DetectorChoice:
     Attributes:
         name: Of a shipped model, or a path to one.
         threshold: On the ACF score; None takes the model's own.
-        classifier: Whether the CNN has its say.
     """
 
     name: str = "default"
     threshold: float | None = None
-    classifier: bool = True
 
     def load(self) -> PedestrianDetector:
         """Return the detector."""
-        return load_detector(self.name, threshold=self.threshold, classifier=self.classifier)
+        return load_detector(self.name, threshold=self.threshold)
 
 
 class CameraStation:
@@ -81,7 +81,7 @@ class CameraWorkers(FrameSource, Detector):
         seed: Of the image noise.
         cameras: Names of the cameras in use.
         choice: The detector that every worker loads.
-        count: Number of processes.
+        count: Number of processes at most.
 
     Raises:
         WorkerDiedError: From any method, when a worker has ended.
@@ -96,14 +96,14 @@ class CameraWorkers(FrameSource, Detector):
         context = multiprocessing.get_context("spawn")
         names = {name: memory.name for name, memory in self._memories.items()}
         self._workers: list[tuple[Any, Connection]] = []
-        for index in range(count):
+        for index in range(min(count, len(cameras))):  # a camera is one task, so more could never be busy
             ours, theirs = context.Pipe()
             arguments = (theirs, world, seed, tuple(cameras), choice, names)
             process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
             process.start()
             theirs.close()
             self._workers.append((process, ours))
-        self._ready = False
+        self._threshold: float | None = None
         self._found: dict[tuple[str, float], Detections] = {}
 
     def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
@@ -112,13 +112,8 @@ class CameraWorkers(FrameSource, Detector):
         The worker that renders a picture looks for people in it at once, while other pictures are still being made;
         `detect` hands over what it found.
         """
-        found = self._spread([("look", name, state) for name in self._longest_first(cameras)])
+        found = self._spread(self._longest_first(cameras), state)
         self._found = {(name, state.time): detections for name, detections in found.items()}
-        return [self._view(name).copy() for name in cameras]
-
-    def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
-        """Return the person-free image of each fixed camera."""
-        self._spread([("calibration", name, None) for name in cameras])
         return [self._view(name).copy() for name in cameras]
 
     def detect(self, frames: Sequence[Frame]) -> list[Detections]:
@@ -137,12 +132,12 @@ class CameraWorkers(FrameSource, Detector):
         """Return the operating system's ids of the workers."""
         return [process.pid for process, _ in self._workers]
 
-    def wait_until_ready(self) -> None:
-        """Wait until every worker has loaded world and detector."""
-        if not self._ready:
-            for process, connection in self._workers:
-                _receive(process, connection)
-            self._ready = True
+    def wait_until_ready(self) -> float:
+        """Wait until every worker has loaded world and detector; return the detector's score threshold."""
+        if self._threshold is None:
+            thresholds = [_receive(process, connection) for process, connection in self._workers]
+            self._threshold = float(thresholds[0])
+        return self._threshold
 
     def close(self) -> None:
         """End the workers and free the shared memory."""
@@ -172,18 +167,18 @@ class CameraWorkers(FrameSource, Detector):
         """Put the onboard camera first: it renders everything and must not be the last one waited for."""
         return sorted(cameras, key=lambda name: name not in self._onboard)
 
-    def _spread(self, tasks: Sequence[tuple[str, str, Any]]) -> dict[str, Any]:
-        """Hand each task (what, camera, value) to the next free worker; return what came back, by camera."""
+    def _spread(self, cameras: list[str], state: SceneState) -> dict[str, Detections]:
+        """Hand each camera to the next free worker; return what was found, by camera."""
         self.wait_until_ready()
-        waiting = list(tasks)
-        free = list(self._workers)
+        waiting, free = list(cameras), list(self._workers)
         busy: dict[Connection, tuple[Any, str]] = {}
-        results: dict[str, Any] = {}
+        results: dict[str, Detections] = {}
         while waiting or busy:
             while waiting and free:
                 process, connection = free.pop(0)
-                _send(process, connection, waiting[0])
-                busy[connection] = (process, waiting.pop(0)[1])
+                camera = waiting.pop(0)
+                _send(process, connection, (camera, state))
+                busy[connection] = (process, camera)
             ready = wait(list(busy))
             for connection in [connection for connection in busy if connection in ready]:
                 process, camera = busy.pop(connection)
@@ -224,28 +219,20 @@ def _serve(
     memory_names: dict[str, str],
 ) -> None:
     """Answer tasks until the main process closes the connection; the body of a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the main process, which then closes the pipe
     memories = {name: SharedMemory(memory) for name, memory in memory_names.items()}
-    try:
-        station = CameraStation(world, seed, cameras, choice)
-    except HanError as error:
-        connection.send(error)
-        return
-    connection.send("ready")
     shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
     views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
-    answers: dict[str, Callable[[str, Any], Any]] = {
-        "look": lambda name, state: _look(station, world.camera(name), state, views[name]),
-        "calibration": lambda name, _: _write(views[name], station.frames.calibration_images([name])[0]),
-    }
-    while True:
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the main process has gone
         try:
-            what, camera, value = connection.recv()
-        except (EOFError, KeyboardInterrupt):
-            break
-        try:
-            connection.send(answers[what](camera, value))
+            station = CameraStation(world, seed, cameras, choice)
+            connection.send(station.detector.threshold)
+            while True:
+                camera, state = connection.recv()
+                connection.send(_look(station, world.camera(camera), state, views[camera]))
         except HanError as error:
             connection.send(error)
+    views.clear()
     for memory in memories.values():
         memory.close()
 
@@ -256,7 +243,3 @@ def _look(station: CameraStation, camera: CeilingCamera | OnboardCamera, state: 
     fixed = isinstance(camera, CeilingCamera)
     frame = Frame(camera.name, state.time, view, camera.intrinsics, np.full((4, 4), np.nan), fixed)
     return station.detector.detect([frame])[0]
-
-
-def _write(view: Image, image: Image) -> None:
-    view[:] = image

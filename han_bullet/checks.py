@@ -16,7 +16,7 @@ from han_bullet.costmap.layers import standard_layers
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 from han_bullet.messages import Scene
-from han_bullet.metrics import Metric
+from han_bullet.metrics import Metric, Metrics
 from han_bullet.planning.astar import AStar
 from han_bullet.world_schema import Expectation, GoToTask, Sit, Walk, World
 
@@ -31,6 +31,7 @@ def static_costmap(world: World) -> Costmap:
         robot_radius=world.robot.radius,
         inflation_radius=world.costmap.inflation_radius,
         cost_scaling_factor=world.costmap.cost_scaling_factor,
+        parameters=world.layers,
     ):
         if layer.name in {"static", "inflation"}:
             layer.apply(costmap, Scene(0.0))
@@ -60,6 +61,7 @@ def check_world(world: World, source: str) -> None:
     _check_free(world, source, "robot.start", start, world.robot.radius)
     field = "task.pose" if isinstance(world.task, GoToTask) else "task.place"
     _check_free(world, source, field, goal, world.robot.radius if isinstance(world.task, GoToTask) else PERSON_RADIUS)
+    check_expectations(world.expectations, Metrics(world).results(), source)
     costmap = static_costmap(world)
     if AStar(weight=world.costmap.astar_weight).search(costmap, start, goal) is None:
         raise BadInputError(
@@ -103,7 +105,9 @@ class Check:
     passed: bool
 
 
-def check_expectations(expectations: Sequence[Expectation], metrics: Sequence[Metric]) -> list[Check]:
+def check_expectations(
+    expectations: Sequence[Expectation], metrics: Sequence[Metric], source: str = "world"
+) -> list[Check]:
     """Hold each expectation against the metric that it names.
 
     Raises:
@@ -113,7 +117,7 @@ def check_expectations(expectations: Sequence[Expectation], metrics: Sequence[Me
     for index, expectation in enumerate(expectations):
         if expectation.metric not in values:
             raise BadInputError(
-                f"expectations[{index}].metric: {expectation.metric!r} is no metric of this world; there are "
+                f"{source}: expectations[{index}].metric: {expectation.metric!r} is no metric of this world; there are "
                 f"{', '.join(sorted(values))}"
             )
     return [_check(expectation, values[expectation.metric]) for expectation in expectations]

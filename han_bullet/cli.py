@@ -31,6 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HanError as error:
         complaints.print(f"han-bullet: {error}")
         return BAD_INPUT
+    except OSError as error:
+        complaints.print(f"han-bullet: {error.filename or 'file'}: {error.strerror or error}")
+        return BAD_INPUT
     except KeyboardInterrupt:
         complaints.print("han-bullet: stopped by the keyboard; files written so far are whole")
         return INTERRUPTED

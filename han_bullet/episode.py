@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +40,9 @@ def run_episode(simulator: Simulator, stack: NavigationStack, *, duration: float
 
     Hooks are closed in every case, so that what they wrote is whole.
     """
-    try:
+    with contextlib.ExitStack() as closing:
+        for hook in hooks:
+            closing.callback(hook.close)
         observation = simulator.reset()
         while True:
             decision = stack.step(observation)
@@ -50,6 +53,3 @@ def run_episode(simulator: Simulator, stack: NavigationStack, *, duration: float
                 return decision.status
             simulator.request_hand_over(decision.asks_for_hand_over)
             observation = simulator.step(decision.command)
-    finally:
-        for hook in hooks:
-            hook.close()

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.acf import AcfModel
-from han_bullet.detection.detector import load_detector
-from han_bullet.detection.evaluation import evaluate, load_inria_test
+from han_bullet.detection.acf import AcfDetector, AcfModel, load_acf_model
+from han_bullet.detection.cnn import Classifier, load_classifier
+from han_bullet.detection.evaluation import LabelledImage, evaluate, load_inria_test
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array
 
@@ -43,20 +44,28 @@ class TableRow:
 
 
 def choose_threshold(data: Path, model: str) -> AcfModel:
-    """Return an ACF model with the score threshold that leaves FALSE_POSITIVES_PER_IMAGE on the test photographs."""
-    detector = load_detector(model, classifier=False)
-    result = evaluate(load_inria_test(data), detector.proposer.detect)
-    return detector.proposer.model.with_score_threshold(result.threshold_at_fppi(FALSE_POSITIVES_PER_IMAGE))
+    """Return an ACF model with the score threshold that leaves FALSE_POSITIVES_PER_IMAGE on the test photographs.
+
+    Args:
+        data: Folder with inria/test and inria/gt.json.
+        model: As `load_acf_model` takes it; it may have a threshold or none, as a freshly trained one.
+
+    Raises:
+        BadInputError: The data or the model cannot be used, or even its best detections leave more false positives.
+    """
+    proposer = AcfDetector(load_acf_model(model))
+    result = evaluate(load_inria_test(data), proposer.detect)
+    return proposer.model.with_score_threshold(result.threshold_at_fppi(FALSE_POSITIVES_PER_IMAGE))
 
 
 def evaluate_stages(data: Path, model: str, report: Callable[[float], None] = lambda done: None) -> list[TableRow]:
-    """Evaluate ACF alone and with the CNN, all proposals and those above the model's score threshold.
+    """Evaluate ACF alone and with the CNN, all proposals and, if the model has a score threshold, those above it.
 
     The rule is the paper's: a box that the CNN keeps is ranked by its ACF score.
 
     Args:
         data: Folder with inria/test and inria/gt.json.
-        model: Of the ACF stage: "default", the name of a shipped one, or a file.
+        model: Of the ACF stage, as `load_acf_model` takes it: "default", the name of a shipped one, or a file.
         report: Told the share that is done, in [0, 1].
 
     Raises:
@@ -64,41 +73,49 @@ def evaluate_stages(data: Path, model: str, report: Callable[[float], None] = la
     """
     use_one_thread()
     photographs = load_inria_test(data)
-    detector = load_detector(model)
-    proposer, classifier = detector.proposer, detector.classifier
-    assert classifier is not None  # load_detector was asked for one
+    proposer = AcfDetector(load_acf_model(model))
+    own = proposer.model.score_threshold
+    thresholds = (None, own) if math.isfinite(own) else (None,)
+    trials = [(classifier, threshold) for classifier in (None, load_classifier()) for threshold in thresholds]
+    rows: list[TableRow] = []
+    for classifier, threshold in trials:
+        before = len(rows)
 
-    def with_cnn(image: NDArray[np.uint8], threshold: float) -> tuple[Array, Array]:
-        boxes, scores = proposer.detect(image)
-        boxes, scores = boxes[scores >= threshold], scores[scores >= threshold]
-        kept = classifier.probabilities(image, boxes) >= classifier.least_probability
-        return boxes[kept], scores[kept]
+        def part(done: float, before: int = before) -> None:
+            report((before + done) / len(trials))
 
-    def alone(image: NDArray[np.uint8], threshold: float) -> tuple[Array, Array]:
-        boxes, scores = proposer.detect(image)
-        return boxes[scores >= threshold], scores[scores >= threshold]
-
-    rows = []
-    trials = [(n, f, t) for n, f in (("ACF", alone), ("ACF + CNN", with_cnn)) for t in (None, detector.threshold)]
-    for number, (name, detect, threshold) in enumerate(trials):
-        least = -np.inf if threshold is None else threshold
-        started = time.perf_counter()
-        result = evaluate(
-            photographs,
-            lambda image, detect=detect, least=least: detect(image, least),  # type: ignore[misc]
-            lambda done, number=number: report((number + done / len(photographs)) / len(trials)),  # type: ignore[misc]
-        )
-        speed = len(photographs) / (time.perf_counter() - started)
-        counts = result.counts()
-        rows.append(
-            TableRow(
-                name,
-                threshold,
-                counts.true_positives,
-                counts.false_positives,
-                counts.false_negatives,
-                result.log_average_miss_rate(),
-                speed,
-            )
-        )
+        rows.append(_row(photographs, proposer, classifier, threshold, part))
     return rows
+
+
+def _row(
+    photographs: Sequence[LabelledImage],
+    proposer: AcfDetector,
+    classifier: Classifier | None,
+    threshold: float | None,
+    report: Callable[[float], None],
+) -> TableRow:
+    """Evaluate the stages as they are given."""
+
+    def detect(image: NDArray[np.uint8]) -> tuple[Array, Array]:
+        boxes, scores = proposer.detect(image)
+        if threshold is not None:
+            boxes, scores = boxes[scores >= threshold], scores[scores >= threshold]
+        if classifier is not None:
+            kept = classifier.probabilities(image, boxes) >= classifier.least_probability
+            boxes, scores = boxes[kept], scores[kept]
+        return boxes, scores
+
+    started = time.perf_counter()
+    result = evaluate(photographs, detect, lambda done: report(done / len(photographs)))
+    speed = len(photographs) / (time.perf_counter() - started)
+    counts = result.counts()
+    return TableRow(
+        "ACF" if classifier is None else "ACF + CNN",
+        threshold,
+        counts.true_positives,
+        counts.false_positives,
+        counts.false_negatives,
+        result.log_average_miss_rate(),
+        speed,
+    )

@@ -57,7 +57,7 @@ class Observation:
     Attributes:
         time: Simulation time [s].
         pose_robot_in_world: From the localization port.
-        twist_robot_in_body: From odometry.
+        twist_robot_in_body: The simulator's, until odometry is modelled.
         frames: Images that became available at this tick, in the order of the cameras; often none.
         device_messages: Messages that arrived since the last tick.
     """
@@ -241,7 +241,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Path:
-    """A planned way on the floor.
+    """A planned way on the floor; it may end short of the goal, at the edge of somebody's space.
 
     Attributes:
         points_in_world: Shape (n, 2) [m], start first; neighbours are cell centres one cell apart.
@@ -258,8 +258,9 @@ class Status(str, Enum):
     """What the robot is up to."""
 
     MOVING = "moving"
-    WAITING = "waiting: no free path"
+    WAITING = "waiting: the way or the goal is not free"
     YIELDING = "yielding: a person is in the way"
+    LOOKING = "looking for the person of the task"
     ARRIVED = "arrived"
     BLOCKED = "blocked"
 

@@ -19,7 +19,7 @@ from han_bullet.tallies import (
     Tally,
     Value,
 )
-from han_bullet.tracking.field_of_view import SMALLEST, FieldOfView
+from han_bullet.tracking.field_of_view import SMALLEST
 from han_bullet.world_schema import World
 
 _CONTACT = (
@@ -37,7 +37,10 @@ _POSSIBLE = (
 
 # Metrics of one person carry that person's name behind a dot: minimum_distance.walker.
 DEFINITIONS: dict[str, tuple[str, str]] = {
-    "outcome": ("", "how the task ended: arrived, blocked (no free path for too long), timeout (neither in time)"),
+    "outcome": (
+        "",
+        "how the task ended: arrived, blocked (the way or the goal not free for too long), timeout (neither in time)",
+    ),
     "time_to_goal": ("s", "from the first tick to the first that has arrived; none where the robot did not arrive"),
     "path_length": ("m", "sum of the true distances between the robot's centres of consecutive ticks"),
     "mean_speed": ("m/s", "mean over all ticks of the robot's true translational speed, standing included"),
@@ -145,7 +148,7 @@ class Metrics(Hook):
             MotionTally(),
             ContactTally(),
             EncounterTally(people, world.robot.radius),
-            PerceptionTally(people, FieldOfView(world.solid_boxes())),
+            PerceptionTally(people, field_of_view(world)),
         )
 
     def record(self, tick: Tick) -> None:

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
-import platform
-import resource
-import subprocess
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -20,19 +15,24 @@ from han_bullet.assembly import build_stack, build_tracker
 from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.checks import Check, check_expectations, check_world
+from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, DEFAULT_PROPOSER
 from han_bullet.episode import Hook, run_episode
+from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
+from han_bullet.provenance import git_commit, peak_memory, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
-from han_bullet.sim.renderer import FrameSource
+from han_bullet.sim.renderer import FrameSource, InProcessRenderer
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
+from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
 from han_bullet.video import VideoRecorder
 from han_bullet.world_file import find_world, load_world
 from han_bullet.world_schema import Sit, World
 
-LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless", "pybullet", "torch", "filterpy")
+PERCEPTIONS = ("cameras", "truth")
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,10 @@ class RunOptions:
         perception: "cameras", or "truth" for the ablation without detector and tracker.
         cameras: Names of the cameras in use; None takes all.
         association: "nnjpda", "nn" or "gnn".
-        detector: Which detector.
+        detector: Which shipped or own model.
         without: Costmap layers to leave out.
         pass_side: On which side the robot overtakes, "left" or "right".
-        workers: Camera processes; 1 renders and detects in this process.
+        workers: Camera processes at most; 1 renders and detects in this process.
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
     """
@@ -62,6 +62,15 @@ class RunOptions:
     workers: int = 2
     video: bool = True
     gui: bool = False
+
+    def __post_init__(self) -> None:
+        """Check what no other part checks."""
+        if self.seed < 0 or self.workers < 1:
+            raise BadInputError(f"seed is {self.seed} and workers is {self.workers}; at least 0 and 1 would be right")
+        if self.perception not in PERCEPTIONS:
+            raise BadInputError(f"perception is {self.perception!r}; one of {', '.join(PERCEPTIONS)} would be right")
+        if self.cameras is not None and (not self.cameras or len(set(self.cameras)) < len(self.cameras)):
+            raise BadInputError(f"cameras are {list(self.cameras)}; at least one, each once, would be right")
 
 
 @dataclass(frozen=True)
@@ -81,95 +90,144 @@ class RunResult:
     real_time_factor: float
 
 
-def run_world(name_or_path: str | Path, options: RunOptions, folder: Path, hooks: Sequence[Hook] = ()) -> RunResult:
+def run_world(
+    name_or_path: str | Path,
+    options: RunOptions,
+    folder: Path,
+    hooks: Sequence[Hook] = (),
+    *,
+    layers: Sequence[Layer] = (),
+    detector: Detector | None = None,
+) -> RunResult:
     """Run a world to its end.
 
     Args:
         name_or_path: A shipped world's name or a YAML file.
         options: How.
-        folder: For the files; made if need be.
+        folder: For the files; made if need be, what an earlier run left there is replaced.
         hooks: Further onlookers, for example a progress bar.
+        layers: Costmap layers of one's own, applied after the standard ones.
+        detector: One's own detector instead of a shipped one; cameras are then rendered in this process.
 
     Raises:
         BadInputError: The world, an option or a model cannot be used; nothing has been written then.
         WorkerDiedError: A camera process ended; what was written is whole.
     """
     started = time.perf_counter()
-    world = load_world(name_or_path)
-    if options.cameras is not None:
-        world = world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+    world = _load(name_or_path, options)
+    source = f"{find_world(name_or_path)} (seed {options.seed})"
     concrete = vary(world, options.seed)
-    check_world(concrete, f"{find_world(name_or_path)} (seed {options.seed})")
-    with contextlib.ExitStack() as stack_of_contexts:
-        frames, detector = _open_cameras(concrete, options, stack_of_contexts)
+    check_world(concrete, source)
+    result = _describe(concrete, options)
+    with contextlib.ExitStack() as closing:
+        frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
         simulator = Simulator(concrete, renderer=frames, gui=options.gui)
-        stack_of_contexts.callback(simulator.close)
-        stack = _build(concrete, options, simulator, detector)
+        closing.callback(simulator.close)
+        stack = _build(concrete, options, simulator, people_finder, layers)
         metrics = Metrics(concrete)
-        check_expectations(world.expectations, metrics.results())
-        folder.mkdir(parents=True, exist_ok=True)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
         run_episode(simulator, stack, duration=world.duration, hooks=[metrics, *recorders, *hooks])
         finished = time.perf_counter()
-        peak_memory = _peak_memory()
+        memory = peak_memory()
     results = metrics.results()
     checks = check_expectations(world.expectations, results)
-    simulated = simulator.truth_time
-    result = {
-        "world": world.name,
-        "seed": options.seed,
-        "perception": options.perception,
+    simulated, took = simulator.truth_time, finished - prepared
+    result |= {
         "localization": simulator.localization_name,
-        "cameras": [camera.name for camera in world.cameras] if options.perception == "cameras" else [],
-        "association": options.association if options.perception == "cameras" else None,
-        "detector": asdict(options.detector) if options.perception == "cameras" else None,
+        "detector": detector_description,
         "layers": [layer.name for layer in stack.layers],
-        "pass": options.pass_side,
-        "versions": _versions(),
-        "git_commit": _git_commit(),
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
         "timings": {
-            "workers": options.workers if options.perception == "cameras" else 0,
+            "workers": _worker_count(concrete, options, detector),
             "simulated_s": round(simulated, 3),
-            "loop_s": round(finished - prepared, 3),
+            "loop_s": round(took, 3),
             "preparation_s": round(prepared - started, 3),
-            "real_time_factor": round(simulated / (finished - prepared), 3),
-            "peak_memory_mib": peak_memory,
+            "real_time_factor": round(simulated / took, 3),
+            "peak_memory_mib": memory,
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), simulated / (finished - prepared))
+    return RunResult(folder, tuple(results), tuple(checks), simulated / took)
+
+
+def _load(name_or_path: str | Path, options: RunOptions) -> World:
+    """Read the world, with the cameras that the options leave."""
+    world = load_world(name_or_path)
+    if options.cameras is None:
+        return world
+    return world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+
+
+def _describe(world: World, options: RunOptions) -> dict[str, Any]:
+    """Return what a result says of how it was made; asked for first, so that a run is not lost over it."""
+    with_cameras = options.perception == "cameras"
+    return {
+        "world": world.name,
+        "seed": options.seed,
+        "perception": options.perception,
+        "localization": None,
+        "cameras": [camera.name for camera in world.cameras] if with_cameras else [],
+        "association": options.association if with_cameras else None,
+        "detector": None,
+        "layers": [],
+        "pass": options.pass_side,
+        "versions": versions(),
+        "git_commit": git_commit(),
+    }
+
+
+def _worker_count(world: World, options: RunOptions, detector: Detector | None) -> int:
+    """Return the number of camera processes that are of use; 0 renders and detects in this process."""
+    count = min(options.workers, len(world.cameras))
+    return 0 if options.perception == "truth" or detector is not None or count <= 1 else count
 
 
 def _open_cameras(
-    world: World, options: RunOptions, contexts: contextlib.ExitStack
-) -> tuple[FrameSource | None, Detector]:
-    """Return what renders and what detects: nothing, this process, or worker processes."""
+    world: World, options: RunOptions, own: Detector | None, closing: contextlib.ExitStack
+) -> tuple[FrameSource | None, Detector, dict[str, Any] | None]:
+    """Return what renders, what detects, and what a result says of the detector."""
     if options.perception == "truth":
-        return None, NoDetector()
+        return None, NoDetector(), None
     names = [camera.name for camera in world.cameras]
-    if options.workers <= 1:
-        station = CameraStation(world, options.seed, names, options.detector)
-        contexts.callback(station.frames.close)
-        return station.frames, station.detector
-    workers = contexts.enter_context(CameraWorkers(world, options.seed, names, options.detector, options.workers))
-    workers.wait_until_ready()
-    return workers, workers
+    if own is not None:
+        renderer = InProcessRenderer(world, options.seed)
+        closing.callback(renderer.close)
+        return renderer, own, {"class": type(own).__name__}
+    threshold = world.score_threshold if options.detector.threshold is None else options.detector.threshold
+    choice = replace(options.detector, threshold=threshold)
+    proposer = DEFAULT_PROPOSER if choice.name == "default" else choice.name
+    description = {"proposer": proposer, "classifier": DEFAULT_CLASSIFIER}
+    count = _worker_count(world, options, own)
+    if count == 0:
+        station = CameraStation(world, options.seed, names, choice)
+        closing.callback(station.frames.close)
+        return station.frames, station.detector, description | {"threshold": station.detector.threshold}
+    workers = closing.enter_context(CameraWorkers(world, options.seed, names, choice, count))
+    return workers, workers, description | {"threshold": workers.wait_until_ready()}
 
 
-def _build(world: World, options: RunOptions, simulator: Simulator, detector: Detector) -> NavigationStack:
+def _build(
+    world: World, options: RunOptions, simulator: Simulator, detector: Detector, layers: Sequence[Layer]
+) -> NavigationStack:
+    tracker: PeopleTracker
     if options.perception == "truth":
         seated = {p.name: p.behaviour.on for p in world.people if isinstance(p.behaviour, Sit)}
-        tracker: TruthTracker | Any = TruthTracker(lambda: simulator.truth, seated)
+        tracker = TruthTracker(lambda: simulator.truth, seated)
     else:
         tracker = build_tracker(world, options.association)
-    return build_stack(world, detector=detector, tracker=tracker, without=options.without, pass_side=options.pass_side)
+    return build_stack(
+        world, detector=detector, tracker=tracker, without=options.without, pass_side=options.pass_side, layers=layers
+    )
 
 
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
+    """Make the folder, take away what an earlier run left, and open the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for stale in ("result.json", "video.mp4"):
+        (folder / stale).unlink(missing_ok=True)
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),
@@ -185,39 +243,3 @@ def _plain(value: float | int | str | bool | None) -> float | int | str | bool |
     if isinstance(value, float):
         return round(value, 6) if math.isfinite(value) else None
     return value
-
-
-def _versions() -> dict[str, str]:
-    own = {"han_bullet": version("han_bullet"), "python": platform.python_version()}
-    return own | {library: version(library) for library in LIBRARIES}
-
-
-def _git_commit() -> str:
-    """Return the commit of the checkout this runs from, or "unknown" for an installed copy."""
-    command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"]
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-
-
-def _peak_memory() -> int:
-    """Return the sum of the peaks of this process and of its children that are still running [MiB]."""
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return round((own + sum(map(_peak_of, _children()))) / 1024)
-
-
-def _children() -> list[str]:
-    own = os.getpid()
-    try:
-        return Path(f"/proc/{own}/task/{own}/children").read_text().split()
-    except OSError:
-        return []
-
-
-def _peak_of(process: str) -> int:
-    try:
-        lines = Path(f"/proc/{process}/status").read_text().splitlines()
-    except OSError:
-        return 0
-    return next((int(line.split()[1]) for line in lines if line.startswith("VmHWM")), 0)

@@ -57,6 +57,11 @@ class Situation:
             return self._task.pose_in_world
         return _hand_over_pose(self._task, self._scene.people, self._pose_robot_in_world)
 
+    @property
+    def goal_is_final(self) -> bool:
+        """Tell whether reaching the goal completes the task, rather than giving a view of who is missing."""
+        return isinstance(self._task, GoTo) or self._task.person is not None
+
     def _take_messages(self, observation: Observation) -> bool:
         """Store newer states of known devices; tell whether one differs."""
         changed = False

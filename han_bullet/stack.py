@@ -88,6 +88,8 @@ class NavigationStack:
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
         command, status = self.follower.follow(path, goal, observation, people, costmap)
+        if status is Status.ARRIVED and not self.situation.goal_is_final:
+            status = Status.LOOKING
         return Decision(
             observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
         )

@@ -103,6 +103,16 @@ class TV(Part):
     turns_on: Trigger | None = None
 
 
+def _check_period(what: str, rate: float, right: str) -> None:
+    """Raise unless a rate's period is an integer multiple of the control period."""
+    ticks = 1.0 / (rate * CONTROL_PERIOD)
+    if abs(ticks - round(ticks)) > 1e-6 or round(ticks) < 1:
+        raise ValueError(
+            f"{what}: the period 1/{rate:g} s is not an integer multiple of the control period {CONTROL_PERIOD} s; "
+            f"{right} would be"
+        )
+
+
 class CameraBase(Part):
     """What ceiling and onboard cameras share."""
 
@@ -124,12 +134,7 @@ class CameraBase(Part):
 
     @model_validator(mode="after")
     def _period_is_a_multiple(self) -> CameraBase:
-        ticks = 1.0 / (self.rate * CONTROL_PERIOD)
-        if abs(ticks - round(ticks)) > 1e-6 or round(ticks) < 1:
-            raise ValueError(
-                f"the camera's period 1/{self.rate:g} s is not an integer multiple of the control period "
-                f"{CONTROL_PERIOD} s; 20, 10, 5 or 4 Hz would be"
-            )
+        _check_period("the camera's rate", self.rate, "20, 10, 5 or 4 Hz")
         return self
 
 
@@ -158,7 +163,7 @@ class OnboardCamera(CameraBase):
     kind: Literal["onboard"] = "onboard"
     height: Positive = Field(1.2, description="above the floor [m]")
     forward: Finite = Field(0.25, description="ahead of the robot's centre [m]")
-    pitch_down: Finite = Field(0.05, description="[rad]")
+    pitch_down: Annotated[float, Field(ge=-1.2, le=1.2)] = Field(0.05, description="[rad]")
 
 
 Camera = Annotated[CeilingCamera | OnboardCamera, Field(discriminator="kind")]
@@ -267,6 +272,11 @@ class CostmapSettings(Part):
     astar_weight: NonNegative = Field(10.0, description="how much a full social cost lengthens a metre")
     replan_rate: Annotated[float, Field(ge=2.0)] = Field(4.0, description="[Hz]")
 
+    @model_validator(mode="after")
+    def _period_is_a_multiple(self) -> CostmapSettings:
+        _check_period("replan_rate", self.replan_rate, "20, 10, 5, 4 or 2 Hz")
+        return self
+
 
 class Expectation(Part):
     """A metric and the range that it must end in."""
@@ -303,6 +313,7 @@ class World(Part):
     seed_varies: SeedVariation = SeedVariation()
     layers: dict[str, dict[str, float]] = Field(default_factory=dict, description="layer -> parameter -> value")
     costmap: CostmapSettings = CostmapSettings()
+    score_threshold: Finite | None = Field(None, description="least ACF score of a proposal; None: the model's own")
     expectations: tuple[Expectation, ...] = ()
 
     @model_validator(mode="after")

@@ -5,11 +5,11 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
 from han_bullet.detection.acf import AcfDetector, AcfModel, load_acf_model
+from han_bullet.detection.pictures import read_picture
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 
@@ -25,10 +25,6 @@ def small_model(seed: int = 1, trees: int = 6) -> AcfModel:
 
 def noise(seed: int = 0, height: int = 200, width: int = 260) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
-
-
-def read(path: Path) -> np.ndarray:
-    return np.ascontiguousarray(cv2.imread(str(path))[..., ::-1])
 
 
 def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path) -> None:
@@ -76,8 +72,33 @@ def test_a_model_that_makes_no_sense_is_bad_input(name: str, value: object) -> N
 
 
 def test_an_unknown_name_tells_which_models_there_are() -> None:
-    with pytest.raises(BadInputError, match="acf_inria"):
+    with pytest.raises(BadInputError, match=r"'acf_of_dreams' is neither a file nor one of the shipped: acf_inria"):
         load_acf_model("acf_of_dreams")
+
+
+def test_default_and_the_name_of_the_shipped_model_and_its_path_are_the_same_model() -> None:
+    path = Path(__file__).parent.parent / "han_bullet" / "models" / "acf_inria.npz"
+    models = [load_acf_model(), load_acf_model("default"), load_acf_model("acf_inria"), load_acf_model(path)]
+    assert all(np.array_equal(model.leaves, models[0].leaves) for model in models)
+
+
+def test_saving_that_fails_leaves_the_old_model_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "model.npz"
+    small_model(1).save(path)
+    before = path.read_bytes()
+
+    def half(self: Path, content: bytes) -> int:
+        with self.open("wb") as file:
+            file.write(content[:100])
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Path, "write_bytes", half)
+    with pytest.raises(OSError, match="disk full"):
+        small_model(2).save(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
@@ -104,16 +125,6 @@ def test_the_same_image_gives_the_same_boxes_bit_for_bit() -> None:
     assert np.array_equal(first[1], second[1])
 
 
-def test_a_minimum_height_leaves_out_exactly_the_smaller_windows() -> None:
-    image = noise(5, 260, 300)
-    boxes, scores = AcfDetector(small_model()).scan(image)
-    fewer, fewer_scores = AcfDetector(small_model(), minimum_height=150.0).scan(image)
-    tall = boxes[:, 3] >= 150.0
-    assert 0 < tall.sum() < len(boxes)
-    assert np.array_equal(fewer, boxes[tall])
-    assert np.array_equal(fewer_scores, scores[tall])
-
-
 @pytest.mark.parametrize("shape", [(0, 0), (99, 300), (300, 40), (1, 1)])
 def test_an_image_smaller_than_a_person_holds_nobody(shape: tuple[int, int]) -> None:
     boxes, scores = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
@@ -129,16 +140,23 @@ def test_an_array_that_is_no_rgb_image_is_bad_input(image: np.ndarray) -> None:
         AcfDetector(small_model()).detect(image)
 
 
-@pytest.mark.parametrize("options", [{"minimum_height": -1.0}, {"minimum_height": math.nan}, {"largest_overlap": 0.0}])
-def test_a_senseless_option_is_bad_input(options: dict[str, float]) -> None:
-    with pytest.raises(BadInputError, match=next(iter(options))):
-        AcfDetector(small_model(), **options)
-
-
 def test_a_file_that_is_no_toolbox_model_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "model.mat").write_bytes(b"MATLAB 5.0 MAT-file, but not really")
     with pytest.raises(BadInputError, match="toolbox"):
         load_toolbox_model(tmp_path / "model.mat")
+
+
+def test_a_mat_file_is_read_as_a_model_of_the_toolbox(tmp_path: Path) -> None:
+    (tmp_path / "model.mat").write_bytes(b"MATLAB 5.0 MAT-file, but not really")
+    with pytest.raises(BadInputError, match="toolbox"):
+        load_acf_model(tmp_path / "model.mat")
+
+
+@pytest.mark.data
+def test_the_toolbox_s_model_is_loaded_by_its_path_with_the_paper_s_threshold(data_folder: Path) -> None:
+    model = load_acf_model(str(data_folder / "models" / "AcfInriaDetector.mat"))
+    assert model.features.shape == (2048, 3)
+    assert model.score_threshold == 40.0
 
 
 @pytest.mark.data
@@ -155,7 +173,7 @@ def test_the_originals_model_finds_the_originals_boxes(data_folder: Path, name: 
         pytest.skip(f"no reference boxes of the original detector in {folder}")
     expected = np.load(folder / f"{name}.npz")["boxes"]
     detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
-    boxes, scores = detector.detect(read(folder / f"{name}.png"))
+    boxes, scores = detector.detect(read_picture(folder / f"{name}.png"))
     for box in expected:
         nearest = np.abs(boxes - box[:4]).max(axis=1).argmin()
         assert boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
@@ -171,7 +189,7 @@ def test_scores_on_photographs_stay_near_those_of_the_original(data_folder: Path
     detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
     differences, strong = [], 0
     for image in sorted({row["image"] for row in rows})[:24]:
-        boxes, scores = detector.detect(read(data_folder / "inria" / "test" / image))
+        boxes, scores = detector.detect(read_picture(data_folder / "inria" / "test" / image))
         for row in rows:
             if row["image"] == image and float(row["score"]) > 40.0:
                 strong += 1

@@ -1,12 +1,15 @@
 """The import rule of the house, walked with ast, and what importing must not do."""
 
 import ast
+import dataclasses
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from han_bullet.messages import Observation
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "han_bullet"
@@ -67,9 +70,20 @@ def test_planning_and_control_read_only_the_grid_of_the_costmap(path: Path) -> N
     assert all(name.startswith("han_bullet.costmap.grid") for name in used)
 
 
-def test_the_stack_never_sees_the_truth() -> None:
-    text = (PACKAGE / "stack.py").read_text() + (PACKAGE / "situation.py").read_text()
-    assert "Truth" not in text and "truth" not in text.replace("Nothing of the simulator's truth", "")
+@pytest.mark.parametrize(
+    "path",
+    [p for p in MODULES if room(p) in (STAGES - {"sim"}) | {"stack", "situation"}],
+    ids=lambda p: str(p.relative_to(PACKAGE)),
+)
+def test_the_stack_never_sees_the_truth(path: Path) -> None:
+    forbidden = {f"han_bullet.messages.{name}" for name in ("Truth", "TruePerson", "Contact")}
+    assert not imports(path) & forbidden
+    assert not rooms(path) & {"sim", "ablation"}
+
+
+def test_an_observation_holds_nothing_of_the_truth() -> None:
+    names = {field.name for field in dataclasses.fields(Observation)}
+    assert names == {"time", "pose_robot_in_world", "twist_robot_in_body", "frames", "device_messages"}
 
 
 def test_every_exported_name_exists() -> None:

@@ -3,15 +3,25 @@ import signal
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
-from han_bullet.errors import BadInputError, WorkerDiedError
+from han_bullet.errors import BadInputError, HanError, WorkerDiedError
+from han_bullet.messages import Frame
 from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
 
 WORLD = vary(load_world("real2"), 0)
 CAMERAS = ["camera1", "onboard"]
+
+
+def frames(images: list[NDArray[np.uint8]], time: float = 0.0) -> list[Frame]:
+    cameras = [WORLD.camera(name) for name in CAMERAS]
+    return [
+        Frame(camera.name, time, image, camera.intrinsics, np.eye(4), fixed=camera.kind == "ceiling")
+        for camera, image in zip(cameras, images, strict=True)
+    ]
 
 
 def test_workers_give_what_one_process_gives() -> None:
@@ -24,10 +34,29 @@ def test_workers_give_what_one_process_gives() -> None:
         here = station.frames.render(CAMERAS, simulator.render_state)
         there = workers.render(CAMERAS, simulator.render_state)
         assert all(np.array_equal(one, other) for one, other in zip(here, there, strict=True))
-        assert np.array_equal(
-            workers.calibration_images(["camera1"])[0], station.frames.calibration_images(["camera1"])[0]
-        )
+        for found_here, found_there in zip(
+            station.detector.detect(frames(here)), workers.detect(frames(there)), strict=True
+        ):
+            assert len(found_here.boxes) == 1
+            assert np.array_equal(found_here.boxes, found_there.boxes)
+            assert np.array_equal(found_here.probabilities, found_there.probabilities)
     station.frames.close()
+
+
+def test_frames_that_the_workers_did_not_just_render_are_refused() -> None:
+    with (
+        Simulator(WORLD, renderer=None) as simulator,
+        CameraWorkers(WORLD, 0, CAMERAS, DetectorChoice(), count=1) as workers,
+    ):
+        simulator.reset()
+        images = workers.render(CAMERAS, simulator.render_state)
+        with pytest.raises(HanError, match=r"camera1.* at 3.0 s"):
+            workers.detect(frames(images, time=3.0))
+
+
+def test_there_are_no_more_workers_than_cameras() -> None:
+    with CameraWorkers(WORLD, 0, CAMERAS[:1], DetectorChoice(), count=4) as workers:
+        assert len(workers.process_ids) == 1
 
 
 def test_a_worker_that_is_killed_is_reported_by_name() -> None:

@@ -88,8 +88,19 @@ def test_saved_network_comes_back_with_half_precision_weights(kind, tmp_path: Pa
 
 
 def test_missing_classifier_is_refused_with_the_shipped_names():
-    with pytest.raises(BadInputError, match=r"cnn_nowhere.*cnn_inria"):
+    with pytest.raises(BadInputError, match=r"'cnn_nowhere' is neither a file nor one of the shipped: cnn_inria"):
         load_classifier("cnn_nowhere")
+
+
+def test_default_is_the_shipped_classifier():
+    probabilities = [load_classifier(name).probabilities(IMAGE, BOXES) for name in ("default", "cnn_inria")]
+    assert probabilities[0].tobytes() == probabilities[1].tobytes()
+
+
+def test_saving_a_network_leaves_nothing_beside_it(network, tmp_path: Path):
+    for _ in range(2):
+        save_network(network, tmp_path / "net.safetensors")
+    assert list(tmp_path.iterdir()) == [tmp_path / "net.safetensors"]
 
 
 @pytest.mark.parametrize("content", [b"", b"no tensors", b"\x80\x04pickle", (10**9).to_bytes(8, "little") + b"{}"])

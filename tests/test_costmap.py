@@ -31,6 +31,18 @@ def test_points_off_the_map_are_unknown() -> None:
     assert costmap.cost_at(np.array([[-0.01, 0.0], [16.01, 0.0], [5.0, 1.51], [5.0, -1.51]])).tolist() == [UNKNOWN] * 4
 
 
+def test_social_costs_are_what_people_add_to_the_building() -> None:
+    costmap = Costmap.covering([CORRIDOR], 0.05)
+    building = np.zeros(costmap.shape, np.uint8)
+    building[:, :100] = 90  # x < 5 m
+    costmap.raise_building_to(building)
+    costmap.raise_to((slice(0, 60), slice(60, 80)), np.uint8(60))  # 3 m < x < 4 m, hidden by the building's 90
+    costmap.raise_to((slice(0, 60), slice(80, 120)), np.uint8(120))  # 4 m < x < 6 m
+    points = np.array([[2.5, 0.0], [3.5, 0.0], [4.5, 0.0], [5.5, 0.0], [7.0, 0.0], [7.0, 2.0]])
+    assert costmap.cost_at(points).tolist() == [90, 90, 120, 120, FREE, UNKNOWN]
+    assert costmap.social_cost_at(points).tolist() == [FREE, FREE, 120, 120, FREE, FREE]
+
+
 @given(row=st.integers(0, 59), column=st.integers(0, 319), dx=st.floats(-0.49, 0.49), dy=st.floats(-0.49, 0.49))
 def test_every_point_of_a_cell_maps_to_it_and_its_centre_is_less_than_half_a_diagonal_away(
     row: int, column: int, dx: float, dy: float

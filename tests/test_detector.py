@@ -147,6 +147,21 @@ def test_unknown_model_is_refused():
         load_detector("acf_nowhere")
 
 
+def test_model_without_a_score_threshold_is_used_with_one_that_is_given_and_refused_without(tmp_path):
+    bar_model().save(tmp_path / "fresh.npz")
+    with pytest.raises(BadInputError, match=r"fresh\.npz' has no score threshold; give --threshold or choose one"):
+        load_detector(tmp_path / "fresh.npz", classifier=False)
+    given = load_detector(tmp_path / "fresh.npz", threshold=20.0, classifier=False)
+    assert found_at(given.detect([frame((60, WHITE))])[0]) == [72]
+
+
+@pytest.mark.data
+def test_toolbox_model_is_used_by_its_path(data_folder):
+    loaded = load_detector(data_folder / "models" / "AcfInriaDetector.mat", classifier=False)
+    assert loaded.threshold == 40.0
+    assert loaded.proposer.model.score_threshold == 40.0
+
+
 def test_shipped_detector_finds_a_rendered_person_and_nothing_else_in_an_empty_corridor():
     world = load_world("real2")
     camera = world.camera("camera1")

@@ -18,16 +18,10 @@ from han_bullet.detection.evaluation import (
     LabelledImage,
     evaluate,
     fix_aspect,
-    intersection_over_union,
     load_inria_test,
     match,
 )
 from han_bullet.errors import BadInputError
-
-
-def test_overlap_of_two_boxes_shifted_by_half_is_a_third() -> None:
-    boxes = np.array([[0.0, 0.0, 10.0, 20.0], [5.0, 0.0, 10.0, 20.0], [50.0, 0.0, 10.0, 20.0]])
-    assert intersection_over_union(boxes, boxes)[0] == pytest.approx([1.0, 1 / 3, 0.0])
 
 
 def test_boxes_keep_height_and_centre_and_become_narrow() -> None:

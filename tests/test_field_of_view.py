@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Frame
 from han_bullet.tracking.field_of_view import FieldOfView
@@ -60,6 +61,19 @@ def test_the_robot_hides_who_stands_close_behind_it_from_a_ceiling_camera() -> N
     # 3.5 m behind, the line of sight to the knees passes 1.4 m over the floor where the robot stands.
     assert OPEN.sees(CEILING, places, robot=robot).tolist() == [False, True, True, True]
     assert OPEN.sees(CEILING, places).all()
+
+
+@pytest.mark.parametrize(("radius", "seen"), [(0.25, True), (0.35, False), (0.45, False)])
+def test_a_wider_robot_hides_more(radius: float, seen: bool) -> None:
+    beside, robot = at((5.7, 0.35)), Pose2D(5.0, 0.0, 0.0)
+    assert FieldOfView(robot_radius=radius).sees(CEILING, beside, robot=robot).tolist() == [seen]
+    assert OPEN.sees(CEILING, beside, robot=robot).tolist() == [False]  # 0.35 m is the default
+
+
+@pytest.mark.parametrize("radius", [0.0, -0.3, math.nan])
+def test_a_robot_without_a_radius_is_refused(radius: float) -> None:
+    with pytest.raises(BadInputError, match=f"robot_radius is {radius} m"):
+        FieldOfView(robot_radius=radius)
 
 
 def test_the_camera_on_the_robot_is_not_hidden_by_the_robot() -> None:

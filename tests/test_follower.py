@@ -134,6 +134,37 @@ def test_without_a_way_it_brakes_waits_and_after_10_seconds_is_blocked() -> None
     assert status is Status.WAITING
 
 
+def test_at_the_end_of_a_way_short_of_the_goal_it_waits_and_a_trembling_end_does_not_make_it_creep() -> None:
+    follower, goal, pose, twist = Follower(), Pose2D(6.0, 0.0, 0.0), Pose2D(2.0, 0.0, 0.0), Twist2D()
+    states, speeds = [], []
+    for tick in range(400):
+        end = 5.0 + (0.05 if tick % 2 else 0.0)
+        path = straight((pose.x, pose.y), (end, 0.0)) if pose.x < end else Path(pose.position[None, :], 0.0)
+        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, twist), (), CORRIDOR)
+        pose = moved(pose, twist)
+        states.append(status)
+        speeds.append(twist.speed)
+    assert pose.x == pytest.approx(5.0, abs=0.06)
+    first = states.index(Status.WAITING)
+    assert set(states[:first]) == {Status.MOVING}
+    assert states[first:] == [Status.WAITING] * 200 + [Status.BLOCKED] * (200 - first)
+    assert max(speeds[first + 2 :]) < 1e-9
+    path = straight((pose.x, 0.0), (5.5, 0.0))
+    twist, status = follower.follow(path, goal, Observation(20.0, pose, Twist2D()), (), CORRIDOR)
+    assert status is Status.MOVING and twist.speed > 0.0
+
+
+def test_a_way_that_ends_within_the_tolerance_of_the_goal_is_enough_to_arrive() -> None:
+    follower, goal, pose, status = Follower(), Pose2D(5.0, 0.0, 0.5), Pose2D(2.0, 0.0, 0.0), Status.MOVING
+    states = []
+    for tick in range(200):
+        path = straight((pose.x, pose.y), (4.88, 0.0)) if pose.x < 4.87 else Path(pose.position[None, :], 0.0)
+        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, Twist2D()), (), CORRIDOR)
+        pose = moved(pose, twist)
+        states.append(status)
+    assert states[-1] is Status.ARRIVED and set(states) == {Status.MOVING, Status.ARRIVED}
+
+
 def test_the_line_to_the_look_ahead_cuts_no_blocked_corner() -> None:
     costmap = CORRIDOR.copy()
     costmap.cost[:30, 100:140] = LETHAL  # x from 5 to 7 m, the whole right half
@@ -362,6 +393,42 @@ def test_two_people_who_walk_abreast_are_followed_at_their_speed() -> None:
     assert (result.robot[:, 0] < result.people[:, 0, 0]).all()
     following = (result.robot[:, 0] > 6.5) & (result.robot[:, 0] < 8.0)
     assert result.speeds[following] == pytest.approx(0.4, abs=0.15)
+
+
+def g2(distance: float) -> float:
+    return math.exp(-0.5 * (distance / 0.56) ** 2)
+
+
+@pytest.mark.parametrize("at", [(14.5, 0.5), (14.5, 0.0), (13.8, 0.4)])
+def test_a_robot_whose_goal_is_beside_a_person_stops_at_the_edge_of_their_space(at: tuple[float, float]) -> None:
+    assert g2(math.dist(at, (14.5, 0.0))) > 0.2
+    result = run([Walker(at)])
+    assert result.status is Status.BLOCKED
+    assert result.longest_stop == pytest.approx(10.0, abs=0.2)
+    assert 1.0 < result.distances[0] < 1.2
+    assert g2(result.distances[0]) <= 0.2
+
+
+def test_once_the_person_beside_the_goal_leaves_the_robot_goes_on_and_arrives() -> None:
+    result = run([Walker((14.5, 0.5), (0.5, 0.0), delay=18.0)])
+    assert result.status is Status.ARRIVED
+    assert 3.0 < result.longest_stop < 7.0
+    assert g2(result.distances[0]) <= 0.2
+
+
+@pytest.mark.parametrize(
+    ("walker", "delay"),
+    [
+        (Walker((14.4, 1.3), (0.0, -0.4), delay=10.0), 3.0),  # across the goal, just before the robot is there
+        (Walker((11.0, 0.3), (0.35, 0.0), delay=1.0), 5.0),  # ahead of the robot, past the goal
+    ],
+)
+def test_somebody_who_walks_by_at_the_goal_only_delays(walker: Walker, delay: float) -> None:
+    alone = run([Walker((1.0, -1.2))])
+    result = run([walker])
+    assert result.status is Status.ARRIVED
+    assert 0.0 < PERIOD * (len(result.robot) - len(alone.robot)) < delay
+    assert result.distances[0] > 0.75
 
 
 # The living room: a couch, a person on it, a television 3 m before it.

@@ -12,7 +12,7 @@ from han_bullet.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costmap
 from han_bullet.costmap.inflation import InflationLayer
 from han_bullet.costmap.interaction import InteractionLayer
 from han_bullet.costmap.layer import Layer
-from han_bullet.costmap.layers import layer_names, standard_layers
+from han_bullet.costmap.layers import standard_layers
 from han_bullet.costmap.overtake import OvertakeLayer
 from han_bullet.costmap.personal_still import PersonalStillLayer
 from han_bullet.costmap.personal_walking import PersonalWalkingLayer
@@ -252,11 +252,12 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
 
 
 def test_the_standard_layers_come_in_order_and_can_be_left_out() -> None:
-    assert layer_names() == (
+    in_order = [
         "static", "inflation", "body", "personal_walking", "personal_still", "visibility", "interaction", "overtake",
-    )  # fmt: skip
+    ]  # fmt: skip
+    assert [layer.name for layer in standard_layers([], robot_radius=0.3)] == in_order
     chosen = standard_layers([], robot_radius=0.3, without=["overtake", "static"])
-    assert [layer.name for layer in chosen] == [n for n in layer_names() if n not in {"overtake", "static"}]
+    assert [layer.name for layer in chosen] == in_order[1:-1]
 
 
 def test_a_world_may_set_a_layers_numbers() -> None:
@@ -272,6 +273,13 @@ def test_a_world_may_set_a_layers_numbers() -> None:
         ({"parameters": {"visbility": {}}}, "'visbility' is not known"),
         ({"parameters": {"visibility": {"beta": 1.0}}}, "unknown parameter 'beta'; it has behind, side, front"),
         ({"parameters": {"body": {"robot_radius": 1.0}}}, "unknown parameter 'robot_radius'"),
+        ({"parameters": {"static": {"boxes": 1.0}}}, "unknown parameter 'boxes'; it has none"),
+        (
+            {"parameters": {"inflation": {"inflation_radius": 0.7}}},
+            "'inflation_radius' is 0.7 under layers; inflation_radius and cost_scaling_factor are set in the costmap",
+        ),
+        ({"parameters": {"inflation": {"cost_scaling_factor": 5.0}}}, "'cost_scaling_factor' is 5.0 under layers"),
+        ({"parameters": {"inflation": {"robot_radius": 0.2}}}, "'robot_radius' is 0.2 under layers"),
         ({"parameters": {"personal_still": {"deviation": -0.5}}}, r"deviation is -0\.5"),
         ({"parameters": {"interaction": {"gamma": 1.5}}}, r"gamma is 1\.5"),
         ({"parameters": {"body": {"smallest_margin": 0.4}}}, r"smallest_margin is 0\.4"),

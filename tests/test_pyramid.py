@@ -67,16 +67,6 @@ def test_the_real_scale_holds_the_smoothed_channels_of_the_image() -> None:
     assert np.array_equal(inside, smooth(compute_channels(luv(image))))
 
 
-def test_skipping_fine_scales_leaves_the_others_as_they_were() -> None:
-    image = np.random.default_rng(4).integers(0, 256, (240, 320, 3), dtype=np.uint8)
-    everything = build_pyramid(image, LAMBDAS, SMALLEST)
-    coarse = build_pyramid(image, LAMBDAS, SMALLEST, largest_scale=0.8)
-    assert 0 < len(coarse) < len(everything)
-    for level, expected in zip(coarse, everything[-len(coarse) :], strict=True):
-        assert level.scale == expected.scale
-        assert np.array_equal(level.channels, expected.channels)
-
-
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["photo", "rendering"])
 def test_the_pyramid_agrees_with_the_original(data_folder, name: str) -> None:

@@ -12,7 +12,7 @@ from han_bullet.sim.avatar import Avatar
 from han_bullet.sim.drawn_scene import DrawnScene
 from han_bullet.sim.gait import Gait
 from han_bullet.sim.image_noise import ImageNoise
-from han_bullet.sim.lens import FAR, depth_in_metres, visible_part, whole
+from han_bullet.sim.lens import FAR, NEAR, visible_part, whole
 from han_bullet.sim.outline import BodyOutline
 from han_bullet.sim.raster import EMPTY, View, draw
 from han_bullet.sim.renderer import Renderer
@@ -36,6 +36,11 @@ def real2(**changes: object) -> World:
 def scene(robot: Pose2D, *people: Pose2D, number: int = 0, posture: Posture = Posture.STANDING) -> SceneState:
     poses = tuple(Gait("slim").advance(pose, 0.0, 0.05, posture) for pose in people)
     return SceneState(0.0, number, RobotPosture(robot), poses, TV_OFF)
+
+
+def depth_in_metres(buffer: Array) -> Array:
+    """Turn the renderer's depth buffer into distances along the view, same shape [m]."""
+    return FAR * NEAR / (FAR - (FAR - NEAR) * np.asarray(buffer, float))
 
 
 def rays(intrinsics: Intrinsics, camera_in_world: Array) -> Array:

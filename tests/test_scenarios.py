@@ -1,15 +1,25 @@
 """Whole episodes: the worlds' expectations with cameras, the truth ablation, and equal results for equal seeds."""
 
 import json
+import subprocess
+import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
 from experiments import real2, sim1
-from han_bullet.metrics import Metric
+from han_bullet.costmap.grid import LETHAL, Costmap
+from han_bullet.costmap.layer import Layer
+from han_bullet.detection.detector import Detector
+from han_bullet.episode import Hook, Tick
+from han_bullet.errors import BadInputError, HanError
+from han_bullet.messages import Detections, Frame, Scene
 from han_bullet.runner import RunOptions, RunResult, run_world
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import find_world
 
 SEED = 1
 
@@ -25,7 +35,7 @@ def assert_expectations_met(result: RunResult) -> None:
 
 @pytest.fixture(scope="session")
 def real2_with_cameras(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
-    return real2.main(seed=SEED, folder=tmp_path_factory.mktemp("real2"), workers=2)
+    return real2.main(RunOptions(seed=SEED), tmp_path_factory.mktemp("real2"))
 
 
 @pytest.mark.scenario
@@ -60,7 +70,7 @@ def test_a_run_leaves_all_its_files(real2_with_cameras: RunResult) -> None:
 
 @pytest.mark.scenario
 def test_sim1_with_cameras_meets_its_expectations(tmp_path: Path) -> None:
-    assert_expectations_met(sim1.main(seed=SEED, folder=tmp_path, workers=2, video=False))
+    assert_expectations_met(sim1.main(RunOptions(seed=SEED, video=False), tmp_path))
 
 
 @pytest.mark.scenario
@@ -117,13 +127,97 @@ def test_another_seed_gives_another_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.scenario
-def test_without_the_overtake_layer_the_planner_pays_nothing_for_the_right_side(tmp_path: Path) -> None:
-    options = RunOptions(perception="truth", video=False, without=("overtake", "personal_walking"))
-    run_world("real2", options, tmp_path)
-    layers = json.loads((tmp_path / "result.json").read_text())["layers"]
-    assert layers == ["static", "inflation", "body", "personal_still", "visibility", "interaction"]
+def test_without_the_social_layers_of_walkers_the_robot_passes_nearer(tmp_path: Path) -> None:
+    distances = []
+    for without in ((), ("overtake", "personal_walking", "personal_still")):
+        options = RunOptions(perception="truth", video=False, without=without)
+        distances.append(values(run_world("real2", options, tmp_path))["minimum_distance.walker"])
+        assert not set(json.loads((tmp_path / "result.json").read_text())["layers"]) & set(without)
+    with_layers, without_layers = distances
+    assert isinstance(with_layers, float) and isinstance(without_layers, float)
+    assert with_layers > without_layers + 0.1
 
 
-def test_metrics_are_told_with_their_definitions(real2_with_cameras: RunResult) -> None:
-    assert all(isinstance(metric, Metric) and metric.definition for metric in real2_with_cameras.metrics)
-    assert load_world("real2").expectations
+class Wall(Layer):
+    """A layer of one's own: nobody may drive beyond x = 8 m."""
+
+    name = "wall"
+
+    def apply(self, costmap: Costmap, scene: Scene) -> None:
+        column = int(costmap.world_to_cell(np.array([8.0, 0.0]))[1])
+        costmap.cost[:, column] = LETHAL
+
+
+@pytest.mark.scenario
+def test_a_layer_of_ones_own_is_obeyed_and_a_robot_without_a_way_says_so(tmp_path: Path) -> None:
+    options = RunOptions(perception="truth", video=False)
+    assert values(run_world("real2", options, tmp_path, layers=[Wall()]))["outcome"] == "blocked"
+
+
+class Blind(Detector):
+    """A detector of one's own that finds nobody and counts what it is shown."""
+
+    def __init__(self) -> None:
+        self.frames = 0
+
+    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
+        self.frames += len(frames)
+        return [Detections(f.camera, f.time, np.zeros((0, 4)), np.zeros(0), np.zeros(0)) for f in frames]
+
+
+@pytest.mark.scenario
+def test_a_detector_of_ones_own_gets_every_frame(tmp_path: Path) -> None:
+    detector = Blind()
+    world = brief("real2", tmp_path, duration=1.0)
+    run_world(world, RunOptions(video=False), tmp_path / "run", detector=detector)
+    assert detector.frames == 5 * 11
+    assert json.loads((tmp_path / "run/result.json").read_text())["detector"] == {"class": "Blind"}
+
+
+@pytest.mark.scenario
+def test_an_earlier_runs_result_does_not_outlive_a_run_that_fails(tmp_path: Path) -> None:
+    world = brief("real2", tmp_path, duration=0.2)
+    options = RunOptions(perception="truth", video=False)
+    run_world(world, options, tmp_path / "run")
+
+    class Failing(Hook):
+        def record(self, tick: Tick) -> None:
+            raise HanError("stop")
+
+    with pytest.raises(HanError, match="stop"):
+        run_world(world, options, tmp_path / "run", hooks=[Failing()])
+    assert not (tmp_path / "run/result.json").exists()
+    assert len((tmp_path / "run/trace.csv").read_text().splitlines()) == 2
+
+
+@pytest.mark.scenario
+def test_a_hand_over_to_nobody_does_not_count_as_arrived(tmp_path: Path) -> None:
+    document = yaml.safe_load(find_world("real2").read_text())
+    document |= {"people": [], "expectations": [], "duration": 12.0, "task": {"kind": "hand_over", "place": [6.0, 0.0]}}
+    path = tmp_path / "nobody.yaml"
+    path.write_text(yaml.safe_dump(document))
+    result = run_world(path, RunOptions(perception="truth", video=False), tmp_path / "run")
+    assert values(result)["outcome"] == "timeout"
+    last = (tmp_path / "run/trace.csv").read_text().splitlines()[-1].split(",")
+    assert float(last[1]) == pytest.approx(3.5, abs=0.2)
+
+
+@pytest.mark.scenario
+def test_the_readmes_example_runs_as_a_script(tmp_path: Path) -> None:
+    readme = (Path(__file__).parent.parent / "README.md").read_text()
+    code = readme.split("```python\n")[1].split("```")[0]
+    assert '"real2"' in code and '"runs/mine"' in code
+    code = code.replace('"real2"', repr(str(brief("real2", tmp_path, duration=0.5))))
+    script = tmp_path / "mine.py"
+    script.write_text(code.replace('"runs/mine"', repr(str(tmp_path / "mine"))))
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "'outcome': 'timeout'" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"seed": -1}, {"workers": 0}, {"perception": "turth"}, {"cameras": ()}, {"cameras": ("a", "a")}]
+)
+def test_options_that_cannot_be_meant_are_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(BadInputError, match=str(next(iter(wrong)))):
+        RunOptions(**wrong)

@@ -1,4 +1,5 @@
 import ast
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -6,9 +7,9 @@ import pybullet
 import pytest
 
 import han_bullet.sim
-from han_bullet.errors import BadInputError
-from han_bullet.geometry import Twist2D, camera_on_robot
+from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
 from han_bullet.messages import Observation, Posture, Truth
+from han_bullet.sim.localization import Localization
 from han_bullet.sim.renderer import InProcessRenderer
 from han_bullet.sim.simulator import Simulator
 from han_bullet.world_file import load_world
@@ -60,14 +61,32 @@ def test_frames_come_at_the_cameras_own_rate_and_say_where_the_camera_is() -> No
     frames.close()
 
 
-def test_only_the_chosen_cameras_give_frames() -> None:
+class Drifting(Localization):
+    """Errs by another centimetre every time it is asked, and remembers when that was."""
+
+    name = "drifting"
+
+    def __init__(self) -> None:
+        self.asked_at: list[float] = []
+
+    def pose(self, time: float, true_pose_in_world: Pose2D) -> Pose2D:
+        self.asked_at.append(time)
+        return dataclasses.replace(true_pose_in_world, y=true_pose_in_world.y + 0.01 * len(self.asked_at))
+
+
+def test_localization_is_asked_once_per_tick_and_places_robot_and_onboard_camera_alike() -> None:
     world = with_small_images(real2())
-    frames = InProcessRenderer(world, 0)
-    with Simulator(world, cameras=["camera3", "onboard"], renderer=frames) as simulator:
-        assert [frame.camera for frame in simulator.reset().frames] == ["camera3", "onboard"]
+    onboard = (world.cameras[4],)
+    frames = InProcessRenderer(world.model_copy(update={"cameras": onboard}), 0)
+    with Simulator(world.model_copy(update={"cameras": onboard}), renderer=frames) as simulator:
+        simulator._localization = drifting = Drifting()
+        observations = [simulator.reset(), *(simulator.step(FORWARD) for _ in range(4))]
+        assert drifting.asked_at == [observation.time for observation in observations]
+        assert observations[4].pose_robot_in_world.y == pytest.approx(simulator.truth.pose_robot_in_world.y + 0.05)
+        for observation in observations[::2]:
+            expected = camera_on_robot(observation.pose_robot_in_world, 0.25, 1.2, 0.05)
+            assert np.array_equal(observation.frames[0].camera_in_world, expected)
     frames.close()
-    with pytest.raises(BadInputError, match="camera9"):
-        Simulator(world, cameras=["camera9"], renderer=None)
 
 
 def test_without_a_renderer_there_are_no_frames() -> None:

@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.detection.still_scene import CHANGED_LEVEL, LEAST_CHANGED_PART, StillScene, overlaps
+from han_bullet.detection.still_scene import CHANGED_LEVEL, LEAST_CHANGED_PART, StillScene
 from han_bullet.errors import BadInputError
 
 BOX = np.array([[100.0, 60.0, 41.0, 100.0]])
-SIDES = st.floats(1.0, 300.0)
 
 
 def room(level: int = 120) -> np.ndarray:
@@ -91,16 +90,3 @@ def test_image_of_another_size_is_refused_with_both_sizes():
 
 def test_no_boxes_give_no_answers():
     assert StillScene(room(), BOX).keep(room(), np.zeros((0, 4))).shape == (0,)
-
-
-def test_overlap_of_known_boxes():
-    first = np.array([[0.0, 0.0, 10.0, 10.0]])
-    second = np.array([[0.0, 0.0, 10.0, 10.0], [5.0, 0.0, 10.0, 10.0], [10.0, 10.0, 5.0, 5.0]])
-    np.testing.assert_allclose(overlaps(first, second), [[1.0, 1.0 / 3.0, 0.0]])
-
-
-@given(st.tuples(SIDES, SIDES, SIDES, SIDES), st.tuples(SIDES, SIDES, SIDES, SIDES))
-def test_overlap_is_symmetric_and_at_most_one(first, second):
-    a, b = np.array([first]), np.array([second])
-    assert overlaps(a, b)[0, 0] == overlaps(b, a)[0, 0]
-    assert 0.0 <= overlaps(a, b)[0, 0] <= 1.0 + 1e-12

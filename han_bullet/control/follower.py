@@ -22,7 +22,7 @@ FACE_AHEAD = 1.0  # while travelling it faces the way this far ahead [m]; farthe
 SLOWEST_FACING_AWAY = 0.3  # part of its speed at which the robot moves where its front does not look
 CLOSE_ENOUGH = 0.5  # part of the tolerance in which it stops and only turns, lest it chase a goal that trembles
 STANDING = 0.05  # below it the robot stands [m/s]; what one control period can take away
-GIVE_UP_AFTER = 10.0  # without a way [s]
+GIVE_UP_AFTER = 10.0  # without a way to go [s]
 
 
 class Follower:
@@ -77,8 +77,10 @@ class Follower:
     ) -> tuple[Twist2D, Status]:
         """Return the command for the next control period, and what the robot is up to.
 
+        Without a way, or at the end of one that stops short of the goal, it waits, and is blocked after 10 s.
+
         Args:
-            path: The way from the robot to the goal, or None.
+            path: The way from the robot to the goal or towards it, or None.
             goal: Where to stop, and how to stand there.
             observation: Of this tick.
             people: Confirmed tracks.
@@ -91,9 +93,11 @@ class Follower:
             path = path or Path(np.vstack([pose.position, goal.position]), 0.0)
         if path is None:
             return self._command(np.zeros(2), 0.0, pose), self._waiting(observation.time)
-        self._waiting_since = None
         yaw = goal.yaw if pose.distance_to(goal.position) < TURN_AT else pose.yaw
         way = Way(_ending_at(goal.position, path.points_in_world, costmap.resolution))
+        if self._stands_before(goal, way):
+            return self._command(np.zeros(2), self._turn(yaw - pose.yaw), pose), self._waiting(observation.time)
+        self._waiting_since = None
         if way.length > TURN_AT:
             yaw = way.direction_to(FACE_AHEAD, pose.yaw)
         velocity: Array = np.zeros(2)
@@ -112,6 +116,15 @@ class Follower:
         standing = float(np.hypot(*self._velocity_in_world)) <= STANDING
         self._arrived_at = goal if near and turned and standing else None
         return self._arrived_at is not None
+
+    def _stands_before(self, goal: Pose2D, way: Way) -> bool:
+        """Tell whether the robot stands at the end of a way that stops short of the goal.
+
+        It sets off again only for more than the tolerance: that end trembles as the tracks of people do.
+        """
+        short = goal.distance_to(way.end) > self.tolerance_position
+        standing = float(np.hypot(*self._velocity_in_world)) <= STANDING
+        return short and standing and way.length <= self.tolerance_position
 
     def _waiting(self, time: float) -> Status:
         self._waiting_since = time if self._waiting_since is None else self._waiting_since

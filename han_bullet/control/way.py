@@ -25,6 +25,12 @@ class Way:
         return start
 
     @property
+    def end(self) -> Array:
+        """Return the last point, (2,) [m]."""
+        end: Array = self.points_in_world[-1]
+        return end
+
+    @property
     def length(self) -> float:
         """Return the arc length [m]."""
         return float(self._arc[-1])

@@ -91,9 +91,17 @@ class Costmap:
 
     def cost_at(self, points_in_world: Array) -> Costs:
         """Return the costs at points, shape (..., 2) [m]; UNKNOWN outside the map."""
+        return self._values_at(points_in_world, self.cost)
+
+    def social_cost_at(self, points_in_world: Array) -> Costs:
+        """Return what people alone cost at points, shape (..., 2) [m]; 0 where the building costs as much or more."""
+        cost = self.cost_at(points_in_world)
+        return np.where(cost > self._values_at(points_in_world, self.building), cost, np.uint8(FREE))
+
+    def _values_at(self, points_in_world: Array, values: Costs) -> Costs:
         cells = self.world_to_cell(points_in_world)
         rows, columns = np.moveaxis(np.clip(cells, 0, np.array(self.cost.shape) - 1), -1, 0)
-        return np.where(self.has_cell(cells), self.cost[rows, columns], np.uint8(UNKNOWN))
+        return np.where(self.has_cell(cells), values[rows, columns], np.uint8(UNKNOWN))
 
     def costs_on_line(self, start_in_world: Array, end_in_world: Array) -> Costs:
         """Return the costs along a straight line, both ends (2,) [m] included, sampled twice per cell or more."""

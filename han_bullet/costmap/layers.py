@@ -30,13 +30,10 @@ STANDARD: tuple[type[Layer], ...] = (
 )
 
 
-def layer_names() -> tuple[str, ...]:
-    """Return the names of the standard layers in the order in which they are applied."""
-    return tuple(layer.name for layer in STANDARD)
-
-
 def layer_parameters(layer: type[Layer]) -> dict[str, float]:
-    """Return the numbers of a layer that a world may set, with their defaults."""
+    """Return the numbers of a layer that a world's `layers:` section may set, with their defaults."""
+    if layer in (StaticLayer, InflationLayer):
+        return {}  # the robot and the `costmap:` section set theirs; with two places, one would win silently
     keywords = inspect.signature(layer.__init__).parameters.values()
     return {keyword.name: keyword.default for keyword in keywords if isinstance(keyword.default, float)}
 
@@ -60,7 +57,7 @@ def standard_layers(
         cost_scaling_factor: Its decay [1/m].
         pass_side: On which side of a walking person the robot overtakes, "left" or "right".
         without: Names of layers to leave out.
-        parameters: Layer -> parameter -> value, instead of the defaults.
+        parameters: Layer -> parameter -> value, instead of the defaults; none for static and inflation.
 
     Raises:
         BadInputError: An unknown layer or parameter, or a value that its layer refuses.
@@ -90,6 +87,12 @@ def _check_names(without: Collection[str], parameters: Mapping[str, Mapping[str,
         if name not in known:
             raise BadInputError(f"layer {name!r} is not known; there are {', '.join(known)}")
     for name, values in parameters.items():
-        for parameter in values:
+        for parameter, value in values.items():
+            if name == InflationLayer.name:
+                raise BadInputError(
+                    f"layer inflation: {parameter!r} is {value!r} under layers; inflation_radius and "
+                    "cost_scaling_factor are set in the costmap section alone"
+                )
             if parameter not in known[name]:
-                raise BadInputError(f"layer {name}: unknown parameter {parameter!r}; it has {', '.join(known[name])}")
+                names = ", ".join(known[name]) or "none that a world may set"
+                raise BadInputError(f"layer {name}: unknown parameter {parameter!r}; it has {names}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import zipfile
 from dataclasses import dataclass, fields, replace
@@ -13,12 +14,11 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.cascade import Ints, feature_offsets, scan
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
-from han_bullet.detection.nms import LARGEST_OVERLAP, suppress
+from han_bullet.detection.model_files import DEFAULT, proposer_file, write_at_once
+from han_bullet.detection.nms import suppress
 from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, Level, build_pyramid
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-
-MODELS = Path(__file__).resolve().parent.parent / "models"
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,17 @@ class AcfModel:
         """Return how many channel values a window has."""
         return self.window_height * self.window_width // CELL**2 * CHANNELS
 
+    @property
+    def smallest_box_area(self) -> int:
+        """Return the area [px^2] of a box at the image's own scale, the finest."""
+        return self.person_height * self.person_width
+
     def save(self, path: Path) -> None:
-        """Write the model as a compressed npz file without pickled objects."""
+        """Write the model as a compressed npz file without pickled objects, at once."""
         arrays: dict[str, Any] = {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
-        with path.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **arrays)
+        write_at_once(path, buffer.getvalue())
 
     @classmethod
     def load(cls, path: Path) -> AcfModel:
@@ -115,18 +121,22 @@ class AcfModel:
         return replace(self, score_threshold=score_threshold)
 
 
-def load_acf_model(name_or_path: str | Path) -> AcfModel:
-    """Load a model by the name of one that comes with the package ("acf_inria") or by the path of its file.
+def load_acf_model(name_or_path: str | Path = DEFAULT) -> AcfModel:
+    """Load a model.
+
+    Args:
+        name_or_path: "default", the name of a model that comes with the package ("acf_inria"), or a file: one of ours,
+            .npz, or one of the toolbox, .mat.
 
     Raises:
-        BadInputError: If there is no such model.
+        BadInputError: If there is no such model, or the file is not one.
     """
-    shipped = MODELS / f"{name_or_path}.npz"
-    path = shipped if shipped.is_file() else Path(name_or_path)
-    if not path.is_file():
-        names = ", ".join(sorted(file.stem for file in MODELS.glob("acf_*.npz"))) or "none"
-        raise BadInputError(f"no ACF model {str(name_or_path)!r}: give the path of a file or one of: {names}")
-    return AcfModel.load(path)
+    path = proposer_file(name_or_path)
+    if path.suffix.lower() != ".mat":
+        return AcfModel.load(path)
+    from han_bullet.detection.toolbox import load_toolbox_model  # scipy.io takes as long as all the rest to import
+
+    return load_toolbox_model(path)
 
 
 class AcfDetector:
@@ -134,18 +144,10 @@ class AcfDetector:
 
     Args:
         model: The classifier.
-        minimum_height: People smaller than this [px] are not looked for, which saves the finest scales.
-        largest_overlap: Of two boxes that share more than this part of the smaller one, one goes.
     """
 
-    def __init__(self, model: AcfModel, minimum_height: float = 0.0, largest_overlap: float = LARGEST_OVERLAP) -> None:
-        if not (math.isfinite(minimum_height) and minimum_height >= 0.0):
-            raise BadInputError(f"minimum_height is {minimum_height} px, must be finite and not negative")
-        if not 0.0 < largest_overlap <= 1.0:
-            raise BadInputError(f"largest_overlap is {largest_overlap}, must be in (0, 1]")
+    def __init__(self, model: AcfModel) -> None:
         self.model = model
-        self.minimum_height = minimum_height
-        self.largest_overlap = largest_overlap
 
     def detect(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
         """Return the people found in an image by falling score.
@@ -160,7 +162,7 @@ class AcfDetector:
             BadInputError: If the array is not such an image.
         """
         boxes, scores = self.scan(image)
-        kept = suppress(boxes, scores, self.largest_overlap)
+        kept = suppress(boxes, scores)
         return boxes[kept], scores[kept]
 
     def scan(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
@@ -168,8 +170,7 @@ class AcfDetector:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model
-        finest = model.person_height / self.minimum_height if self.minimum_height > 0.0 else math.inf
-        levels = build_pyramid(image, model.lambdas, (model.person_height, model.person_width), finest)
+        levels = build_pyramid(image, model.lambdas, (model.person_height, model.person_width))
         found = [self._scan_level(level) for level in levels]
         boxes = np.concatenate([np.empty((0, 4)), *(box for box, _ in found)])
         return boxes, np.concatenate([np.empty(0), *(score for _, score in found)])

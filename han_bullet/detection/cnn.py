@@ -9,17 +9,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor, nn
 
-from han_bullet import assets
+from han_bullet.detection.model_files import DEFAULT, classifier_file, write_at_once
 from han_bullet.detection.networks import SIDE, SmallVgg, SqueezeTrunk
+from han_bullet.detection.pictures import Image, cut
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-
-Image = NDArray[np.uint8]
 
 # The network sees the padded window of ACF's INRIA model, 64 x 128 around a person of 100: what surrounds a body helps
 # to tell it from a post. The window is squeezed to a square: its width matters more than its height.
@@ -82,7 +80,7 @@ def crop(image: Image, boxes: Array) -> Image:
         size = np.array([WINDOW_WIDTH, WINDOW_HEIGHT]) * height
         left, top = np.round([x + 0.5 * (width - size[0]), y + 0.5 * (height - size[1])]).astype(int)
         columns, rows = np.maximum(np.round(size).astype(int), 1)
-        window = _cut(image, left, top, left + columns, top + rows)
+        window = cut(image, left, top, left + columns, top + rows)
         crops[index] = cv2.resize(window, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
     return crops
 
@@ -97,7 +95,7 @@ def save_network(network: SmallVgg | SqueezeTrunk, path: Path) -> None:
     names = {kind: name for name, kind in ARCHITECTURES.items()}
     description = json.dumps({"architecture": names[type(network)], "arguments": network.arguments})
     weights = {name: weight.half().contiguous() for name, weight in network.state_dict().items()}
-    path.write_bytes(save(weights, {"network": description}))  # one entry: several come in random order
+    write_at_once(path, save(weights, {"network": description}))  # one entry: several come in random order
 
 
 def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
@@ -123,23 +121,10 @@ def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
     return network
 
 
-def load_classifier(name_or_path: str | Path) -> Classifier:
-    """Load a classifier by the name of a shipped one or from a file.
+def load_classifier(name_or_path: str | Path = DEFAULT) -> Classifier:
+    """Load a classifier: "default", the name of a shipped one ("cnn_inria"), or a file, .safetensors.
 
     Raises:
         BadInputError: No such model, or it is not one.
     """
-    path = Path(name_or_path)
-    if path.suffix != ".safetensors":
-        path = assets.models_folder() / f"{name_or_path}.safetensors"
-    if not path.is_file():
-        shipped = sorted(file.stem for file in assets.models_folder().glob("cnn_*.safetensors"))
-        raise BadInputError(f"classifier {str(name_or_path)!r} is neither a file nor one of the shipped {shipped}")
-    return Classifier(load_network(path))
-
-
-def _cut(image: Image, left: int, top: int, right: int, bottom: int) -> Image:
-    """Return image[top:bottom, left:right], its edge repeated outside."""
-    rows = np.clip(np.arange(top, bottom), 0, image.shape[0] - 1)
-    columns = np.clip(np.arange(left, right), 0, image.shape[1] - 1)
-    return np.take(np.take(image, rows, axis=0), columns, axis=1)
+    return Classifier(load_network(classifier_file(name_or_path)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
+from han_bullet.detection.model_files import DEFAULT
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER as DEFAULT_CLASSIFIER
+from han_bullet.detection.model_files import DEFAULT_PROPOSER as DEFAULT_PROPOSER
 from han_bullet.detection.still_scene import StillScene
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
@@ -17,12 +21,6 @@ from han_bullet.messages import Detections, Frame
 
 if TYPE_CHECKING:  # torch costs 0.9 s and 217 MB in every process, so only those that use the CNN import it
     from han_bullet.detection.cnn import Classifier
-
-# What `load_detector` means by "default".
-DEFAULT_PROPOSER = "acf_inria"
-DEFAULT_CLASSIFIER = "cnn_inria"
-# Area of the smallest box that ACF proposes, 41 x 100.
-SMALLEST_BOX_AREA = 4100.0  # [px^2]
 
 
 class Detector(ABC):
@@ -78,7 +76,7 @@ class PedestrianDetector(Detector):
 
     def _detect(self, frame: Frame) -> Detections:
         scene = self._scenes.get(frame.camera) if frame.fixed else None
-        if scene is not None and not scene.may_hold(frame.image, SMALLEST_BOX_AREA):
+        if scene is not None and not scene.may_hold(frame.image, self.proposer.model.smallest_box_area):
             return Detections(frame.camera, frame.time, np.zeros((0, 4)), np.zeros(0), np.zeros(0))
         boxes, scores = self._propose(frame)
         if scene is not None:
@@ -98,22 +96,29 @@ class PedestrianDetector(Detector):
 
 
 def load_detector(
-    name_or_path: str | Path = "default", threshold: float | None = None, classifier: bool = True
+    name_or_path: str | Path = DEFAULT, threshold: float | None = None, classifier: bool = True
 ) -> PedestrianDetector:
     """Build a detector from shipped models.
 
     Args:
-        name_or_path: ACF model: "default", the name of a shipped one, or a file.
+        name_or_path: ACF model as `load_acf_model` takes it: "default", the name of a shipped one, or a file.
         threshold: Least ACF score; None takes the model's own.
         classifier: Whether the CNN decides about the proposals.
 
     Raises:
-        BadInputError: No such model, or it is not one.
+        BadInputError: No such model, it is not one, or no threshold is given and it has none.
     """
-    model = load_acf_model(DEFAULT_PROPOSER if name_or_path == "default" else name_or_path)
+    model = load_acf_model(name_or_path)
+    if threshold is None:
+        threshold = model.score_threshold
+        if not math.isfinite(threshold):
+            raise BadInputError(
+                f"model {str(name_or_path)!r} has no score threshold; give --threshold or choose one with "
+                "`han-bullet evaluate --choose-threshold`"
+            )
     network = None
     if classifier:
         from han_bullet.detection.cnn import load_classifier
 
-        network = load_classifier(DEFAULT_CLASSIFIER)
-    return PedestrianDetector(AcfDetector(model), network, model.score_threshold if threshold is None else threshold)
+        network = load_classifier()
+    return PedestrianDetector(AcfDetector(model), network, threshold)

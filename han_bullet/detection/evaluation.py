@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.detection.overlap import intersection_over_union
+from han_bullet.detection.pictures import read_picture
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
@@ -150,7 +151,7 @@ def evaluate(
     hits: list[NDArray[np.bool_]] = [np.empty(0, bool)]
     people = count = 0
     for count, labelled in enumerate(images, start=1):
-        boxes, found = detect(_read_rgb(labelled.path))
+        boxes, found = detect(read_picture(labelled.path))
         order = np.argsort(-found, kind="stable")
         scores.append(found[order])
         hits.append(match(boxes[order], fix_aspect(labelled.boxes)))
@@ -161,14 +162,6 @@ def evaluate(
     all_scores, all_hits = np.concatenate(scores), np.concatenate(hits)
     order = np.argsort(-all_scores, kind="stable")
     return Evaluation(all_scores[order], all_hits[order], count, people)
-
-
-def _read_rgb(path: Path) -> NDArray[np.uint8]:
-    """Read a photograph."""
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise BadInputError(f"{path} is not an image that OpenCV can read")
-    return np.ascontiguousarray(image[..., ::-1])
 
 
 def fix_aspect(boxes: Array) -> Array:
@@ -194,13 +187,3 @@ def match(boxes: Array, people: Array) -> NDArray[np.bool_]:
             hits[number] = True
             overlaps[:, best] = -1.0  # this person is taken
     return hits
-
-
-def intersection_over_union(first: Array, second: Array) -> Array:
-    """Return the overlap of each box of (n, 4) with each of (m, 4), shape (n, m), in [0, 1]."""
-    a, b = first[:, None], second[None]
-    sides = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
-    shared = np.prod(np.maximum(sides, 0.0), axis=-1)
-    union = a[..., 2] * a[..., 3] + b[..., 2] * b[..., 3] - shared
-    ratio: Array = shared / np.maximum(union, np.finfo(float).tiny)
-    return ratio

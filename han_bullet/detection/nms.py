@@ -11,19 +11,18 @@ from han_bullet.geometry import Array
 LARGEST_OVERLAP = 0.65  # intersection over the smaller area that two people may share
 
 
-def suppress(boxes: Array, scores: Array, largest_overlap: float = LARGEST_OVERLAP) -> NDArray[np.int64]:
+def suppress(boxes: Array, scores: Array) -> NDArray[np.int64]:
     """Return the indices of the boxes to keep, by falling score.
 
-    A box goes when a kept box of higher score shares more than `largest_overlap` of the smaller area with it;
+    A box goes when a kept box of higher score shares more than LARGEST_OVERLAP of the smaller area with it;
     a suppressed box suppresses nothing. Of equal scores the first in the list counts as the higher.
 
     Args:
         boxes: x, y, width, height, shape (n, 4) [px].
         scores: Shape (n,).
-        largest_overlap: In [0, 1].
     """
     order = np.argsort(-np.asarray(scores, float), kind="stable")
-    kept: NDArray[np.int64] = order[_greedy(np.asarray(boxes, float)[order], largest_overlap)]
+    kept: NDArray[np.int64] = order[_greedy(np.asarray(boxes, float)[order], LARGEST_OVERLAP)]
     return kept
 
 

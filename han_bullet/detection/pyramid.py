@@ -76,16 +76,13 @@ def _distance_to_cells(lengths: Array) -> Array:
     return distances
 
 
-def build_pyramid(
-    image: NDArray[np.uint8], lambdas: Sequence[float], smallest: tuple[int, int], largest_scale: float = math.inf
-) -> list[Level]:
+def build_pyramid(image: NDArray[np.uint8], lambdas: Sequence[float], smallest: tuple[int, int]) -> list[Level]:
     """Return the levels of an RGB image, (h, w, 3), from fine to coarse.
 
     Args:
         image: RGB.
         lambdas: Exponents of the colour, magnitude and orientation channels.
         smallest: Height and width of the smallest object [px]; coarser levels are left out.
-        largest_scale: Levels finer than this are skipped.
     """
     height, width = image.shape[:2]
     scales = pyramid_scales(height, width, *smallest)
@@ -93,11 +90,8 @@ def build_pyramid(
     planes = luv(image)
     levels = []
     for real, members in _octaves(len(scales)):
-        wanted = [number for number in members if scales[number] <= largest_scale]
-        if not wanted:
-            continue
         source, planes = _real_channels(planes, scales[real], height, width)
-        for number in wanted:
+        for number in members:
             gains = ((scales[number] / scales[real]) ** -exponents).astype(np.float32)
             levels.append(_make_level(source, scales[number], gains, height, width))
     return levels

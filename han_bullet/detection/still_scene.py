@@ -1,7 +1,8 @@
 """What a fixed camera sees without people, and what that rules out.
 
 A still camera on a still scene repeats its mistakes in every frame, so no later count of hits filters them. One
-person-free image per camera, part of its calibration, does: a person is a change of pixels.
+person-free image per camera, part of its calibration, does: a person is a change of pixels. That is background
+subtraction: it drops every box where too little has changed, whether the empty scene gives that box too or not.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.detection.overlap import intersection_over_union
+from han_bullet.detection.pictures import Image
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-
-Image = NDArray[np.uint8]
 
 # Images are compared as means over cells of this many pixels: a noise of 6 grey levels, the most that worlds draw,
 # leaves 6 / 4 = 1.5 in a cell, 2.1 in the difference of two.
@@ -46,7 +47,7 @@ class StillScene:
     def keep(self, image: Image, boxes: Array) -> NDArray[np.bool_]:
         """Tell which boxes, shape (n, 4) [px], may hold a person; shape (n,)."""
         part = self.changed_part(image, boxes)
-        repeated = overlaps(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
+        repeated = intersection_over_union(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
         return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
 
     def may_hold(self, image: Image, smallest_area: float) -> bool:
@@ -73,17 +74,6 @@ class StillScene:
         red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
         changed: NDArray[np.bool_] = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
         return changed
-
-
-def overlaps(first: Array, second: Array) -> Array:
-    """Return the intersection over union of boxes (n, 4) with boxes (m, 4), both x, y, width, height; shape (n, m)."""
-    a, b = np.asarray(first, float).reshape(-1, 1, 4), np.asarray(second, float).reshape(1, -1, 4)
-    low = np.maximum(a[..., :2], b[..., :2])
-    high = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:])
-    shared = np.prod(np.maximum(high - low, 0.0), axis=-1)
-    union = np.prod(a[..., 2:], axis=-1) + np.prod(b[..., 2:], axis=-1) - shared
-    overlap: Array = shared / union
-    return overlap
 
 
 def _cell_means(image: Image) -> Image:

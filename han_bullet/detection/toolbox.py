@@ -14,26 +14,28 @@ from han_bullet.detection.channels import CELL, CHANNELS
 from han_bullet.errors import BadInputError
 
 DEMO_CALIBRATION = 0.01  # what the toolbox's INRIA demo adds to every leaf; scores rise by this for each tree
+PAPER_THRESHOLD = 40.0  # on the score of the toolbox's INRIA model [Mateus2019]
 
 
-def load_toolbox_model(path: Path, calibration: float = DEMO_CALIBRATION) -> AcfModel:
+def load_toolbox_model(path: Path) -> AcfModel:
     """Read a detector with depth-2 trees and a shrinkage of 4 from the toolbox's .mat file.
+
+    The file holds no score threshold; the model gets the paper's.
 
     Args:
         path: Such as AcfInriaDetector.mat.
-        calibration: Added to every leaf, on top of what the file already holds.
 
     Raises:
         BadInputError: If the file is not such a detector.
     """
     try:
         detector = loadmat(path, squeeze_me=True, struct_as_record=False)["detector"]
-        return _convert(detector.clf, detector.opts, calibration)
+        return _convert(detector.clf, detector.opts)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, NotImplementedError) as error:
         raise BadInputError(f"{path} is not an ACF detector of the toolbox with depth-2 trees: {error}") from error
 
 
-def _convert(classifier: Any, options: Any, calibration: float) -> AcfModel:
+def _convert(classifier: Any, options: Any) -> AcfModel:
     """Build our model from the toolbox's structures, whose columns are trees and whose nodes count from one."""
     if int(classifier.treeDepth) != 2 or int(options.pPyramid.pChns.shrink) != CELL or np.size(options.filters):
         raise ValueError("trees must be two deep, shrink must be 4, and there must be no filters")
@@ -44,13 +46,14 @@ def _convert(classifier: Any, options: Any, calibration: float) -> AcfModel:
     return AcfModel(
         features=features,
         thresholds=np.ascontiguousarray(classifier.thrs[:3].T, np.float32),
-        leaves=np.ascontiguousarray(classifier.hs[3:7].T + np.float32(calibration), np.float32),
+        leaves=np.ascontiguousarray(classifier.hs[3:7].T + np.float32(DEMO_CALIBRATION), np.float32),
         lambdas=(colour, magnitude, orientation),
         person_height=person_height,
         person_width=person_width,
         window_height=window_height,
         window_width=window_width,
         cascade_threshold=float(options.cascThr),
+        score_threshold=PAPER_THRESHOLD,
     )
 
 

@@ -16,17 +16,16 @@ from han_bullet.planning.astar import ESCAPE_COST, AStar
 
 JOIN = 0.5  # a kept way is given up when the robot or the goal is farther from it [m]: it was made for another place
 FOLLOW_GAP = 0.6  # between the robot's centre and the blocked cells around people that it follows [m]
-LARGEST_BODY = 0.8  # no person's disc on the costmap is wider [m]
+LARGEST_BODY = 0.8  # no person's disc on the costmap has a larger radius [m]
+# The largest g at which the robot comes to a stop for its task: 1.0 m from somebody who stands. To stop nearer it needs
+# a hand-over's opening, where g is 0; passing by is short, and may be nearer.
+ADMITTED = 0.2
 
 
 class Planner:
     """Plan periodically and on demand; keep the old way while it is free and hardly dearer than the best one.
 
     Without that commitment the noise of the tracks flips the side of passing a person two or three times a run.
-
-    Attributes:
-        replans: How often a search ran.
-        switches: How often a search's way replaced one that was still being followed.
     """
 
     def __init__(self, *, weight: float = 10.0, replan_period: float = 0.25, switch_gain: float = 0.10) -> None:
@@ -43,8 +42,6 @@ class Planner:
             raise BadInputError(f"planner switch_gain is {switch_gain!r}; it must be a number >= 0")
         self.replan_period = replan_period
         self.switch_gain = switch_gain
-        self.replans = 0
-        self.switches = 0
         self._astar = AStar(weight=weight)
         self._way: Array | None = None
         self._behind: Array | None = None
@@ -62,6 +59,7 @@ class Planner:
         """Return the way from the robot to the goal, or None where there is no free one.
 
         Where only walking people block the way, the result leads up to FOLLOW_GAP behind them: they are followed.
+        Where people make the goal dearer than ADMITTED, it leads up to the edge of what is dearer.
 
         Args:
             costmap: Of this moment.
@@ -69,22 +67,23 @@ class Planner:
             goal_in_world: Shape (2,) [m].
             time: [s].
             urgent: Search now: something that matters has changed.
-            people: Who may be followed.
+            people: Who may be followed, or waited for beside the goal.
 
         Returns:
-            The way; its first point is the robot, the others are cell centres up to the goal's cell.
+            The way; its first point is the robot, the others are cell centres up to the goal's cell or to where it
+            stops short of it.
         """
-        kept = self._kept(costmap, start_in_world, goal_in_world)
+        opened = _with_goal_opened(costmap, goal_in_world, people)
+        kept = self._kept(opened, start_in_world, goal_in_world)
         due = time - self._planned_at >= self.replan_period - 1e-9
         if due or urgent or (self._way is not None and kept is None):
             self._planned_at = time
-            self.replans += 1
-            kept = self._choose(costmap, start_in_world, goal_in_world, kept)
-            self._behind = None if kept else self._behind_people(costmap, start_in_world, goal_in_world, people)
+            kept = self._choose(opened, start_in_world, goal_in_world, kept)
+            self._behind = None if kept else self._behind_people(costmap, opened, start_in_world, goal_in_world, people)
         self._way = None if kept is None else kept.points_in_world[1:]
-        if kept is None and self._behind is not None:
-            return self._scored(costmap, start_in_world, self._behind)
-        return kept
+        if kept is not None:
+            return self._up_to_edge(costmap, kept)
+        return None if self._behind is None else self._scored(costmap, start_in_world, self._behind)
 
     def _choose(self, costmap: Costmap, start_in_world: Array, goal_in_world: Array, kept: Path | None) -> Path | None:
         """Search, and choose between the result and the kept way."""
@@ -94,7 +93,6 @@ class Planner:
         best = self._scored(costmap, start_in_world, best.points_in_world, best.expanded)
         if kept is not None and kept.cost <= (1.0 + self.switch_gain) * best.cost:
             return Path(kept.points_in_world, kept.cost, best.expanded)
-        self.switches += self._way is not None
         return best
 
     def _scored(self, costmap: Costmap, start_in_world: Array, way: Array, expanded: int = 0) -> Path:
@@ -104,24 +102,36 @@ class Planner:
         return Path(points, cost, expanded)
 
     def _behind_people(
-        self, costmap: Costmap, start_in_world: Array, goal_in_world: Array, people: Sequence[TrackedPerson]
+        self,
+        costmap: Costmap,
+        opened: Costmap,
+        start_in_world: Array,
+        goal_in_world: Array,
+        people: Sequence[TrackedPerson],
     ) -> Array | None:
         """Return the way, (n, 2) [m], that would be free without the walking people, up to a gap behind them."""
         walking = [person for person in people if person.posture is Posture.WALKING]
         if not walking or costmap.cost_at(start_in_world) >= INSCRIBED:
             return None
-        passable = costmap.copy()
-        for person in walking:
-            window, x, y = costmap.centres_in_window(person.position_in_world, LARGEST_BODY)
-            near = np.hypot(x - person.position_in_world[0], y - person.position_in_world[1]) <= LARGEST_BODY
-            own = near & (costmap.cost[window] >= INSCRIBED) & (costmap.building[window] < INSCRIBED)
-            passable.cost[window][own] = SOCIAL_MAX
-        through = self._astar.search(passable, start_in_world, goal_in_world)
+        through = self._astar.search(_passable(opened, walking), start_in_world, goal_in_world)
         if through is None:
             return None
         blocked = costmap.cost_at(through.points_in_world) >= INSCRIBED
         end = int(np.argmax(blocked)) - round(FOLLOW_GAP / costmap.resolution)
         return through.points_in_world[: max(end, 1)]
+
+    def _up_to_edge(self, costmap: Costmap, way: Path) -> Path:
+        """Cut off the end of a way whose social cost exceeds ADMITTED without a gap up to the goal.
+
+        The cell before it goes too: a robot stops to within a cell.
+        """
+        points = way.points_in_world
+        dear = costmap.social_cost_at(points[1:]) > ADMITTED * SOCIAL_MAX
+        if not dear[-1]:
+            return way
+        admitted = np.flatnonzero(~dear)
+        points = points[: 1 + int(admitted[-1])] if len(admitted) else points[:1]
+        return Path(points, survey(costmap, points, self._astar.weight)[0], way.expanded)
 
     def _kept(self, costmap: Costmap, start_in_world: Array, goal_in_world: Array) -> Path | None:
         """Return the old way cut to begin at the robot, scored on this costmap; None where it is blocked or lost."""
@@ -139,6 +149,25 @@ class Planner:
         points = _from_robot(start_in_world, ahead)
         cost, free = survey(costmap, points, self._astar.weight)
         return Path(points, cost) if free else None
+
+
+def _with_goal_opened(costmap: Costmap, goal_in_world: Array, people: Sequence[TrackedPerson]) -> Costmap:
+    """Return a map on which no disc of somebody who stays blocks the goal, so that the way towards it can be found."""
+    if costmap.cost_at(goal_in_world) < INSCRIBED:
+        return costmap
+    staying = [person for person in people if person.posture is not Posture.WALKING]
+    return _passable(costmap, [p for p in staying if math.dist(p.position_in_world, goal_in_world) <= LARGEST_BODY])
+
+
+def _passable(costmap: Costmap, people: Sequence[TrackedPerson]) -> Costmap:
+    """Return a map on which the discs of some people cost SOCIAL_MAX instead of blocking; the building still blocks."""
+    passable = costmap.copy()
+    for person in people:
+        window, x, y = costmap.centres_in_window(person.position_in_world, LARGEST_BODY)
+        near = np.hypot(x - person.position_in_world[0], y - person.position_in_world[1]) <= LARGEST_BODY
+        own = near & (costmap.cost[window] >= INSCRIBED) & (costmap.building[window] < INSCRIBED)
+        passable.cost[window][own] = SOCIAL_MAX
+    return passable
 
 
 def _from_robot(start_in_world: Array, way: Array) -> Array:

@@ -63,11 +63,6 @@ def view_matrix(camera_in_world: Array) -> list[float]:
     return list(map(float, np.linalg.inv(flipped).T.ravel()))
 
 
-def depth_in_metres(buffer: Array) -> Array:
-    """Turn the renderer's depth buffer into distances along the view, same shape [m]."""
-    return FAR * NEAR / (FAR - (FAR - NEAR) * np.asarray(buffer, float))
-
-
 def depth_in_buffer(depth: float) -> float:
     """Return the depth buffer's value at a distance along the view [m]."""
     return (FAR - FAR * NEAR / depth) / (FAR - NEAR)

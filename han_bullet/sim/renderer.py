@@ -121,10 +121,6 @@ class FrameSource(ABC):
     def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
         """Return one picture per named camera, each of shape (height, width, 3), RGB."""
 
-    @abstractmethod
-    def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
-        """Return one picture per named fixed camera, with neither people nor robot."""
-
 
 class InProcessRenderer(FrameSource):
     """Render in this process, one camera after the other."""
@@ -137,7 +133,7 @@ class InProcessRenderer(FrameSource):
         return [self.renderer.render(camera, state) for camera in cameras]
 
     def calibration_images(self, cameras: Sequence[str]) -> list[Image]:
-        """Return one picture per named fixed camera; see FrameSource."""
+        """Return one picture per named fixed camera, with neither people nor robot."""
         return [self.renderer.calibration_image(camera) for camera in cameras]
 
     def close(self) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from types import TracebackType
 
 import pybullet
 
-from han_bullet.geometry import Array, Twist2D, camera_on_robot
+from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
 from han_bullet.messages import Frame, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
@@ -28,16 +27,16 @@ STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
 class Simulator:
     """Simulate a world tick by tick.
 
+    An observation's pose comes from the localization port; its twist is the simulator's, until odometry is modelled.
+
     Attributes:
         world: As given.
-        cameras: The cameras in use.
     """
 
     def __init__(
         self,
         world: World,
         *,
-        cameras: Sequence[str] | None = None,
         renderer: FrameSource | None,
         gui: bool = False,
     ) -> None:
@@ -45,16 +44,13 @@ class Simulator:
 
         Args:
             world: A concrete world; nothing in here varies it.
-            cameras: Names of the cameras in use; None takes all.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
             gui: Whether to open a window on the scene.
 
         Raises:
-            BadInputError: A named camera, a URDF or a texture does not exist.
+            BadInputError: A URDF or a texture does not exist.
         """
         self.world = world
-        names = [camera.name for camera in world.cameras] if cameras is None else cameras
-        self.cameras: tuple[Camera, ...] = tuple(world.camera(name) for name in names)
         self._frame_source = renderer
         self._localization = TrueLocalization()
         self._viewer = Viewer(world) if gui else None
@@ -170,22 +166,22 @@ class Simulator:
             self._viewer.show(self.render_state)
         time = self.truth_time
         messages = tuple(message for device in self._devices for message in device.messages(time))
+        # Asked once per tick: localization that errs at random must not place robot and onboard camera apart.
         pose = self._localization.pose(time, self._truth.pose_robot_in_world)
-        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(), messages)
+        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), messages)
 
-    def _frames(self) -> tuple[Frame, ...]:
-        due = [camera for camera in self.cameras if self._tick % camera.ticks_per_frame == 0]
+    def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
+        """Take the pictures that are due; the onboard camera is where the believed pose has it."""
+        due = [camera for camera in self.world.cameras if self._tick % camera.ticks_per_frame == 0]
         if self._frame_source is None or not due:
             return ()
         images = self._frame_source.render([camera.name for camera in due], self.render_state)
-        return tuple(self._frame(camera, image, self.truth_time) for camera, image in zip(due, images, strict=True))
+        return tuple(self._frame(*pair, pose_robot_in_world) for pair in zip(due, images, strict=True))
 
-    def _frame(self, camera: Camera, image: Image, time: float) -> Frame:
-        fixed = isinstance(camera, CeilingCamera)
-        return Frame(camera.name, time, image, camera.intrinsics, self._believed_camera_pose(camera), fixed)
-
-    def _believed_camera_pose(self, camera: Camera) -> Array:
+    def _frame(self, camera: Camera, image: Image, pose_robot_in_world: Pose2D) -> Frame:
         if isinstance(camera, CeilingCamera):
-            return camera.camera_in_world
-        pose = self._localization.pose(self.truth_time, self._truth.pose_robot_in_world)
-        return camera_on_robot(pose, camera.forward, camera.height, camera.pitch_down)
+            camera_in_world = camera.camera_in_world
+        else:
+            camera_in_world = camera_on_robot(pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
+        fixed = isinstance(camera, CeilingCamera)
+        return Frame(camera.name, self.truth_time, image, camera.intrinsics, camera_in_world, fixed)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox, project
 from han_bullet.messages import Frame
 
@@ -21,7 +22,7 @@ KNEES = 0.5
 SMALLEST = 114.0
 # Between a whole person and the image's borders [px].
 IMAGE_MARGIN = 6.0
-# Of the cylinder around the robot's body [m].
+# Of the cylinder around the robot's body [m]; the default of its radius is 0.3 and 0.05 for what sticks out.
 ROBOT_RADIUS, ROBOT_HEIGHT = 0.35, 1.1
 # Of the cylinder around another person [m].
 PERSON_RADIUS, PERSON_HEIGHT = 0.25, 1.7
@@ -32,10 +33,17 @@ class FieldOfView:
 
     Args:
         obstacles: Walls and furniture of the map.
+        robot_radius: Of the upright cylinder that hides what is behind the robot [m].
+
+    Raises:
+        BadInputError: `robot_radius` is not positive.
     """
 
-    def __init__(self, obstacles: Sequence[SolidBox] = ()) -> None:
+    def __init__(self, obstacles: Sequence[SolidBox] = (), *, robot_radius: float = ROBOT_RADIUS) -> None:
+        if not robot_radius > 0.0:
+            raise BadInputError(f"field of view robot_radius is {robot_radius!r} m; a positive length would be right")
         self.obstacles = tuple(obstacles)
+        self.robot_radius = robot_radius
 
     def sees(self, frame: Frame, positions: Array, *, robot: Pose2D | None = None) -> NDArray[np.bool_]:
         """Tell at which floor points, shape (n, 2) [m], a standing person would be found in the frame.
@@ -49,7 +57,7 @@ class FieldOfView:
             return np.zeros(0, bool)
         visible = self._fits_in_image(frame, positions)
         if frame.fixed and robot is not None:
-            visible &= ~hidden_by_cylinder(frame, positions, robot.position, ROBOT_RADIUS, ROBOT_HEIGHT)
+            visible &= ~hidden_by_cylinder(frame, positions, robot.position, self.robot_radius, ROBOT_HEIGHT)
         if not visible.any():
             return visible
         eye, middles = frame.camera_in_world[:3, 3], _at_height(positions, BODY_MIDDLE)

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.detection.acf import AcfDetector, AcfModel
 from han_bullet.detection.channels import CELL, CHANNELS, Floats, compute_channels, luv
+from han_bullet.detection.pictures import Image, cut, read_picture
 from han_bullet.detection.pyramid import smooth
 from han_bullet.detection.resampling import resample_planes
-from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
 PERSON_HEIGHT, PERSON_WIDTH = 100, 41  # [px] in the window
@@ -23,32 +22,6 @@ PERSON_IN_CROP = 96  # [px] height of the person in the INRIA crops of 96 x 160
 CROP_MARGIN = 16  # [px] kept around the window in those crops, which have little more to give
 TINY_MEAN = 1 / 50  # of the largest mean: flat windows have no meaningful ratio between scales
 LAMBDA_DIGITS = 5
-
-Image = NDArray[np.uint8]
-
-
-def read_image(path: Path) -> Image:
-    """Return an image file as RGB, shape (h, w, 3).
-
-    Raises:
-        BadInputError: If the file is not an image.
-    """
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise BadInputError(f"{path} is not an image that OpenCV can read")
-    return np.ascontiguousarray(image[..., ::-1])
-
-
-def image_files(folder: Path) -> list[Path]:
-    """Return the photographs of a folder in the order of their names.
-
-    Raises:
-        BadInputError: If there are none.
-    """
-    files = sorted(file for file in folder.glob("*") if file.suffix.lower() in {".jpg", ".jpeg", ".png"})
-    if not files:
-        raise BadInputError(f"no photographs (.jpg, .png) in {folder}; expected the INRIA folders under it")
-    return files
 
 
 def window_features(crop: Image) -> Floats:
@@ -88,18 +61,10 @@ def box_crop(image: Image, box: Array) -> Image:
     scale = PERSON_HEIGHT / float(box[3])
     left, top = box[0] + box[2] / 2 - width / scale / 2, box[1] + box[3] / 2 - height / scale / 2
     x0, y0 = round(float(left)), round(float(top))
-    patch = _repeat_border(image, x0, y0, x0 + round(width / scale), y0 + round(height / scale))
+    patch = cut(image, x0, y0, x0 + round(width / scale), y0 + round(height / scale))
     if patch.shape[:2] == (height, width):
         return patch
     return np.asarray(cv2.resize(patch, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
-
-
-def _repeat_border(image: Image, x0: int, y0: int, x1: int, y1: int) -> Image:
-    """Return columns x0 .. x1 and rows y0 .. y1 of an image, the border repeated outward."""
-    rows = np.clip(np.arange(y0, y1), 0, image.shape[0] - 1)
-    columns = np.clip(np.arange(x0, x1), 0, image.shape[1] - 1)
-    patch: Image = np.ascontiguousarray(image[rows[:, None], columns[None, :]])
-    return patch
 
 
 def estimate_lambdas(windows: Sequence[Image]) -> tuple[float, float, float]:
@@ -161,7 +126,7 @@ def collect_negatives(
     for index in rng.permutation(len(files)):
         if len(found) >= wanted:
             break
-        image = read_image(files[index])
+        image = read_picture(files[index])
         boxes = (
             detector.detect(image)[0][:per_image] if detector else grid_boxes(image.shape[0], image.shape[1], per_image)
         )

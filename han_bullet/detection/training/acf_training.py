@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf import AcfModel
 from han_bullet.detection.channels import Floats
+from han_bullet.detection.pictures import list_pictures, read_picture
 from han_bullet.detection.training.acf_samples import (
     CROP_MARGIN,
     collect_negatives,
     estimate_lambdas,
-    image_files,
     person_crop,
-    read_image,
     window_features,
 )
 from han_bullet.detection.training.boosting import BoostingStep, Trees, boost, quantise
@@ -71,8 +70,8 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
     """
     options = options or AcfTrainingOptions()
     rng = np.random.default_rng(seed)
-    photographs = image_files(data / "inria" / "train_neg")
-    people, lambdas = _people(image_files(data / "inria" / "train_pos"), report)
+    photographs = list_pictures(data / "inria" / "train_neg")
+    people, lambdas = _people(list_pictures(data / "inria" / "train_pos"), report)
     negatives: Floats = np.empty((0, people.shape[1]), np.float32)
     model: AcfModel | None = None
     total, done = sum(options.trees_of_stages), 0
@@ -117,7 +116,7 @@ class _StageLog:
 
 def _people(files: list[Path], report: Report) -> tuple[Floats, tuple[float, float, float]]:
     """Return the people's features, (n, 5120), and the lambdas measured on them."""
-    crops = [person_crop(read_image(file)) for file in files]
+    crops = [person_crop(read_picture(file)) for file in files]
     features = np.array([window_features(crop) for crop in crops])
     inner = slice(CROP_MARGIN, -CROP_MARGIN)
     lambdas = estimate_lambdas([np.ascontiguousarray(crop[inner, inner]) for crop in crops])

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.acf import AcfDetector
-from han_bullet.detection.cnn import Image, crop
+from han_bullet.detection.cnn import crop
+from han_bullet.detection.pictures import Image, list_pictures, read_picture
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
@@ -69,7 +69,7 @@ def collect_samples(data: Path, acf: AcfDetector, generator: np.random.Generator
 
 def positive_samples(folder: Path, generator: np.random.Generator) -> Samples:
     """Return every INRIA crop once as it is and once with its box moved and scaled by 0 to 5 px at random."""
-    paths = _pictures(folder)
+    paths = list_pictures(folder)
     photographs = sorted({_photograph(path) for path in paths})
     crops = []
     for path in paths:
@@ -85,7 +85,7 @@ def negative_samples(folder: Path, acf: AcfDetector) -> Samples:
     """Return the best proposals, at most 18, that a weakened proposer makes in each person-free photograph."""
     weak = weakened(acf)
     crops = []
-    for path in _pictures(folder):
+    for path in list_pictures(folder):
         picture = read_picture(path)
         boxes, _ = weak.detect(picture)
         crops.append(crop(picture, boxes[:HARD_NEGATIVES_PER_PHOTOGRAPH]))
@@ -122,25 +122,6 @@ def split(samples: Samples, part: float, generator: np.random.Generator) -> tupl
         held_out.append(generator.permutation(photographs)[: max(1, round(part * len(photographs)))])
     validation = np.isin(samples.sources, np.concatenate(held_out))
     return samples.select(~validation), samples.select(validation)
-
-
-def read_picture(path: Path) -> Image:
-    """Read a picture as RGB.
-
-    Raises:
-        BadInputError: It is none.
-    """
-    picture = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise BadInputError(f"{path} is not a picture that can be read")
-    return np.ascontiguousarray(picture[:, :, ::-1])
-
-
-def _pictures(folder: Path) -> list[Path]:
-    paths = sorted(path for path in folder.glob("*") if path.suffix.lower() in {".jpg", ".png"})
-    if not paths:
-        raise BadInputError(f"{folder} has no pictures; the data folder must hold inria/train_pos and inria/train_neg")
-    return paths
 
 
 def _jittered(box: Array, generator: np.random.Generator) -> Array:

@@ -13,8 +13,9 @@ import torch
 from torch import nn
 
 from han_bullet.detection.acf import AcfDetector
-from han_bullet.detection.cnn import Classifier, Image, as_batch, load_network, save_network
+from han_bullet.detection.cnn import Classifier, as_batch, load_network, save_network
 from han_bullet.detection.networks import SIDE, SmallVgg, SqueezeTrunk
+from han_bullet.detection.pictures import Image
 from han_bullet.detection.training.cnn_samples import Samples, collect_samples, split
 from han_bullet.errors import BadInputError
 

@@ -1,0 +1,51 @@
+"""The files of the detector's weights: how they are named, found and written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from han_bullet import assets
+from han_bullet.errors import BadInputError
+
+DEFAULT = "default"
+DEFAULT_PROPOSER = "acf_inria"
+DEFAULT_CLASSIFIER = "cnn_inria"
+
+
+def proposer_file(name_or_path: str | Path = DEFAULT) -> Path:
+    """Return the file of an ACF model: "default", the name of a shipped one, or the path of a file.
+
+    Raises:
+        BadInputError: There is no such model.
+    """
+    return _find(name_or_path, DEFAULT_PROPOSER, ".npz")
+
+
+def classifier_file(name_or_path: str | Path = DEFAULT) -> Path:
+    """Return the file of a CNN: "default", the name of a shipped one, or the path of a file.
+
+    Raises:
+        BadInputError: There is no such model.
+    """
+    return _find(name_or_path, DEFAULT_CLASSIFIER, ".safetensors")
+
+
+def _find(name_or_path: str | Path, default: str, ending: str) -> Path:
+    shipped = {path.stem: path for path in sorted(assets.models_folder().glob(f"*{ending}"))}
+    name = default if str(name_or_path) == DEFAULT else str(name_or_path)
+    path = shipped.get(name, Path(name_or_path))
+    if not path.is_file():
+        raise BadInputError(
+            f"model {str(name_or_path)!r} is neither a file nor one of the shipped: {', '.join(shipped) or 'none'}"
+        )
+    return path
+
+
+def write_at_once(path: Path, content: bytes) -> None:
+    """Write a file by renaming a finished one, so that an interruption leaves the old file or the new, never half."""
+    temporary = path.with_name(f"{path.name}.tmp")  # in the same folder: renaming across disks would be copying
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

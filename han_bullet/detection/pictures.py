@@ -1,0 +1,50 @@
+"""Pictures as the detector takes them, RGB: read from files, listed in folders, cut with their border repeated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.errors import BadInputError
+
+Image = NDArray[np.uint8]
+"""RGB, shape (height, width, 3)."""
+
+ENDINGS = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".webp", ".ppm"})
+
+
+def read_picture(path: Path) -> Image:
+    """Return a picture file as RGB, shape (height, width, 3).
+
+    Raises:
+        BadInputError: The file is missing or no picture.
+    """
+    picture: Any = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise BadInputError(f"{path} is not a picture that OpenCV can read")
+    return np.ascontiguousarray(picture[:, :, ::-1])
+
+
+def list_pictures(folder: Path) -> list[Path]:
+    """Return the picture files of a folder, in the order of their names.
+
+    Raises:
+        BadInputError: The folder is missing or holds no picture.
+    """
+    if not folder.is_dir():
+        raise BadInputError(f"{folder} is not a folder; one with pictures would be right")
+    pictures = sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS)
+    if not pictures:
+        raise BadInputError(f"no picture ({', '.join(sorted(ENDINGS))}) in {folder}")
+    return pictures
+
+
+def cut(image: Image, left: int, top: int, right: int, bottom: int) -> Image:
+    """Return image[top:bottom, left:right] [px], the border repeated outside."""
+    rows = np.clip(np.arange(top, bottom), 0, image.shape[0] - 1)
+    columns = np.clip(np.arange(left, right), 0, image.shape[1] - 1)
+    return np.take(np.take(image, rows, axis=0), columns, axis=1)

@@ -1,0 +1,63 @@
+"""Where a result comes from: versions, commit; and what the run took: memory."""
+
+from __future__ import annotations
+
+import os
+import platform
+import resource
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+LIBRARIES = ("han_bullet", "numpy", "scipy", "numba", "opencv-python-headless", "pybullet", "torch", "filterpy")
+_CHECKOUT = Path(__file__).resolve().parent.parent
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the libraries that decide a result."""
+    return {"python": platform.python_version()} | {library: _version(library) for library in LIBRARIES}
+
+
+def _version(library: str) -> str:
+    try:
+        return version(library)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def git_commit() -> str:
+    """Return the commit of the checkout this runs from, marked where files differ; "unknown" for an installed copy."""
+    try:
+        top = _git("rev-parse", "--show-toplevel")
+        if Path(top).resolve() != _CHECKOUT:
+            return "unknown"
+        return _git("rev-parse", "HEAD") + ("-dirty" if _git("status", "--porcelain", "--untracked-files=no") else "")
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(_CHECKOUT), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def peak_memory() -> int:
+    """Return the sum of the peaks of this process and of its children that are still running [MiB]."""
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round((own + sum(map(_peak_of, _children()))) / 1024)
+
+
+def _children() -> list[str]:
+    own = os.getpid()
+    try:
+        return Path(f"/proc/{own}/task/{own}/children").read_text().split()
+    except OSError:
+        return []
+
+
+def _peak_of(process: str) -> int:
+    try:
+        lines = Path(f"/proc/{process}/status").read_text().splitlines()
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) for line in lines if line.startswith("VmHWM")), 0)

@@ -1,0 +1,116 @@
+"""The figures of the stages and the choice of a threshold, on a few drawn pictures of upright bars."""
+
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from han_bullet.detection.acf import AcfModel, load_acf_model
+from han_bullet.detection.detector import load_detector
+from han_bullet.errors import BadInputError
+from han_bullet.inria_table import FALSE_POSITIVES_PER_IMAGE, choose_threshold, evaluate_stages
+
+BAR = (24, 92)  # width and height [px]
+BRIGHT, GREY = 240, 75
+PICTURES = 4
+LEFT, TOP = 60, 70  # of the person in each picture [px]
+
+
+def bar_model() -> AcfModel:
+    """Return a hand-made model without a score threshold, which finds upright bars, bright ones with a higher score.
+
+    Each tree asks whether a place in the middle of the window is light and one beside, above or below it dark: +5 each,
+    and 5 trees more ask the same of a very light middle. L is the first channel.
+    """
+    places = [(16, 8), (6, 8), (26, 8), (11, 8), (21, 8)]
+    margins = [(16, 2), (16, 13), (1, 8), (30, 8), (8, 2)]
+    index = np.array([[(row * 16 + column) * 10 for row, column in pair] for pair in zip(places, margins, strict=True)])
+    features = np.stack([index[:, 0], index[:, 1], index[:, 1]], axis=1).astype(np.int32)
+    features = np.concatenate([features, features])
+    light, very_light = (np.tile(np.float32([middle, 0.1, 0.1]), (5, 1)) for middle in (0.12, 0.25))
+    leaves = [np.tile(np.float32([other, other, 5.0, -10.0]), (5, 1)) for other in (-10.0, 0.0)]
+    return AcfModel(features, np.concatenate([light, very_light]), np.concatenate(leaves), lambdas=(0.0, 0.1, 0.1))
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with pictures of a bright bar, the person, and a grey one, which is nobody."""
+    folder = tmp_path_factory.mktemp("data")
+    (folder / "inria" / "test").mkdir(parents=True)
+    labels = {}
+    for number in range(PICTURES):
+        image = np.full((240, 320, 3), 10, np.uint8)
+        for left, level in ((LEFT, BRIGHT), (LEFT + 144, GREY)):
+            image[TOP : TOP + BAR[1], left : left + BAR[0]] = level
+        assert cv2.imwrite(str(folder / "inria" / "test" / f"{number}.png"), image)
+        labels[f"{number}.png"] = {"boxes_xyxy": [[LEFT, TOP, LEFT + BAR[0], TOP + BAR[1]]]}
+    (folder / "inria" / "gt.json").write_text(json.dumps(labels), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def fresh(tmp_path: Path) -> str:
+    """Return the file of a model without a score threshold, as `train acf` leaves it."""
+    model = bar_model()
+    assert model.score_threshold == -math.inf
+    model.save(tmp_path / "fresh.npz")
+    return str(tmp_path / "fresh.npz")
+
+
+def test_a_fresh_model_gets_a_threshold_that_leaves_the_false_positives_allowed_and_is_usable(
+    data: Path, fresh: str, tmp_path: Path
+) -> None:
+    chosen = choose_threshold(data, fresh)
+    assert chosen.score_threshold == 50.0  # that of bright bars; grey ones have less
+    assert np.array_equal(chosen.leaves, load_acf_model(fresh).leaves)
+    chosen.save(tmp_path / "chosen.npz")
+    assert load_detector(tmp_path / "chosen.npz", classifier=False).threshold == chosen.score_threshold
+    above = evaluate_stages(data, str(tmp_path / "chosen.npz"))[1]
+    assert (above.threshold, above.true_positives, above.false_negatives) == (50.0, PICTURES, 0)
+    assert above.false_positives <= FALSE_POSITIVES_PER_IMAGE * PICTURES
+
+
+def test_a_threshold_can_be_chosen_anew_for_a_model_that_has_one(data: Path, fresh: str, tmp_path: Path) -> None:
+    load_acf_model(fresh).with_score_threshold(49.5).save(tmp_path / "high.npz")
+    path = str(tmp_path / "high.npz")
+    assert choose_threshold(data, path).score_threshold == choose_threshold(data, fresh).score_threshold
+
+
+def test_a_model_without_a_threshold_is_evaluated_on_all_proposals(data: Path, fresh: str) -> None:
+    shares: list[float] = []
+    rows = evaluate_stages(data, fresh, shares.append)
+    assert [(row.detector, row.threshold) for row in rows] == [("ACF", None), ("ACF + CNN", None)]
+    assert (rows[0].true_positives, rows[0].false_positives) == (PICTURES, 3 * PICTURES)  # a second box of each bar
+    assert rows[1].false_positives <= rows[0].false_positives
+    assert all(row.true_positives + row.false_negatives == PICTURES for row in rows)
+    assert shares == [n / 8 for n in range(1, 9)]
+
+
+def test_a_model_with_a_threshold_is_evaluated_on_all_proposals_and_on_those_above_it(
+    data: Path, fresh: str, tmp_path: Path
+) -> None:
+    load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "model.npz")
+    rows = evaluate_stages(data, str(tmp_path / "model.npz"))
+    assert [(row.detector, row.threshold) for row in rows] == [
+        ("ACF", None),
+        ("ACF", 45.0),
+        ("ACF + CNN", None),
+        ("ACF + CNN", 45.0),
+    ]
+    assert (rows[0].false_positives, rows[1].false_positives) == (3 * PICTURES, 0)
+
+
+def test_an_unknown_model_and_missing_data_are_bad_input(data: Path, fresh: str, tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match="acf_nowhere"):
+        choose_threshold(data, "acf_nowhere")
+    with pytest.raises(BadInputError, match=r"gt\.json"):
+        evaluate_stages(tmp_path, fresh)
+
+
+@pytest.mark.data
+def test_the_toolbox_s_model_can_be_evaluated_by_its_path(data_folder: Path, data: Path) -> None:
+    rows = evaluate_stages(data, str(data_folder / "models" / "AcfInriaDetector.mat"))
+    assert [row.threshold for row in rows] == [None, 40.0, None, 40.0]
