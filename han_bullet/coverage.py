@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.assembly import field_of_view
 from han_bullet.checks import static_costmap
 from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.geometry import Array, camera_on_robot
 from han_bullet.messages import Frame
-from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 COVERAGE_RESOLUTION = 0.25  # [m]
@@ -40,7 +40,7 @@ def coverages(world: World) -> list[Coverage]:
     costmap = static_costmap(world)
     points = _floor_points(world)
     free = points[costmap.cost_at(points) < INSCRIBED]
-    view = FieldOfView(world.solid_boxes())
+    view = field_of_view(world)
     return [_coverage(camera.name, free, view.sees(_empty_frame(camera, world), free)) for camera in world.cameras]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from han_bullet.assembly import field_of_view
 from han_bullet.episode import Hook, Tick
 from han_bullet.perception_tally import MATCH_WITHIN, STEADY_AFTER, PerceptionTally
 from han_bullet.tallies import (

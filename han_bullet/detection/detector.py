@@ -12,8 +12,6 @@ import numpy as np
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.model_files import DEFAULT
-from han_bullet.detection.model_files import DEFAULT_CLASSIFIER as DEFAULT_CLASSIFIER
-from han_bullet.detection.model_files import DEFAULT_PROPOSER as DEFAULT_PROPOSER
 from han_bullet.detection.still_scene import StillScene
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
