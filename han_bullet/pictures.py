@@ -5,19 +5,18 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.detector import load_detector
+from han_bullet.detection.pictures import list_pictures, read_picture
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics
 from han_bullet.messages import Detections, Frame
 
-ENDINGS = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".ppm"}
 HEADER = ("image", "x", "y", "width", "height", "score", "probability")
 BOX_COLOUR = (80, 200, 60)  # BGR
 
@@ -26,32 +25,14 @@ def find_pictures(paths: Sequence[Path]) -> list[Path]:
     """Return the picture files among the paths and in the folders among them, sorted.
 
     Raises:
-        BadInputError: A path does not exist, or there is no picture at all.
+        BadInputError: A path does not exist, or a folder holds no picture.
     """
     pictures: list[Path] = []
     for path in paths:
-        if path.is_dir():
-            pictures += sorted(p for p in path.iterdir() if p.suffix.lower() in ENDINGS)
-        elif path.is_file():
-            pictures.append(path)
-        else:
+        if not path.exists():
             raise BadInputError(f"picture {str(path)!r} does not exist")
-    if not pictures:
-        raise BadInputError(f"no picture ({', '.join(sorted(ENDINGS))}) in {', '.join(map(str, paths))}")
+        pictures += list_pictures(path) if path.is_dir() else [path]
     return pictures
-
-
-def read_picture(path: Path) -> NDArray[np.uint8]:
-    """Return a picture as RGB, shape (height, width, 3).
-
-    Raises:
-        BadInputError: The file is no picture.
-    """
-    picture: Any = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise BadInputError(f"{path} is not a picture that OpenCV can read")
-    rgb: NDArray[np.uint8] = np.ascontiguousarray(picture[:, :, ::-1])
-    return rgb
 
 
 def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | None, folder: Path) -> int:
@@ -71,7 +52,7 @@ def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | Non
             ):
                 writer.writerow([path, *(f"{v:.2f}" for v in box), f"{score:.3f}", f"{probability:.4f}"])
             file.flush()
-            cv2.imwrite(str(folder / f"{path.stem}.png"), _drawn(image, detections)[:, :, ::-1])
+            _write_drawn(_unused_name(folder, path.stem), image, detections)
             found += len(detections.boxes)
     return found
 
@@ -83,10 +64,17 @@ def _frame_of(path: Path, image: NDArray[np.uint8]) -> Frame:
     return Frame(str(path), 0.0, image, intrinsics, np.eye(4), fixed=False)
 
 
-def _drawn(image: NDArray[np.uint8], detections: Detections) -> NDArray[np.uint8]:
-    picture = image.copy()
+def _unused_name(folder: Path, stem: str) -> Path:
+    """Return a name for the picture with boxes that no file of this run or of the user has."""
+    names = (folder / f"{stem}_boxes{number}.png" for number in ("", *range(2, 1_000_000)))
+    return next(name for name in names if not name.exists())
+
+
+def _write_drawn(path: Path, image: NDArray[np.uint8], detections: Detections) -> None:
+    picture = np.ascontiguousarray(image[:, :, ::-1])
     for (x, y, width, height), score in zip(detections.boxes, detections.scores, strict=True):
         corner, opposite = (round(x), round(y)), (round(x + width), round(y + height))
-        cv2.rectangle(picture, corner, opposite, BOX_COLOUR[::-1], 2, cv2.LINE_AA)
-        cv2.putText(picture, f"{score:.0f}", corner, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BOX_COLOUR[::-1], 1, cv2.LINE_AA)
-    return picture
+        cv2.rectangle(picture, corner, opposite, BOX_COLOUR, 2, cv2.LINE_AA)
+        cv2.putText(picture, f"{score:.0f}", corner, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BOX_COLOUR, 1, cv2.LINE_AA)
+    if not cv2.imwrite(str(path), picture):
+        raise BadInputError(f"picture {str(path)!r} could not be written; is the folder writable?")

@@ -17,7 +17,7 @@ from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoi
 from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, DEFAULT_PROPOSER
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, proposer_file
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
@@ -196,10 +196,10 @@ def _open_cameras(
         renderer = InProcessRenderer(world, options.seed)
         closing.callback(renderer.close)
         return renderer, own, {"class": type(own).__name__}
-    threshold = world.score_threshold if options.detector.threshold is None else options.detector.threshold
-    choice = replace(options.detector, threshold=threshold)
-    proposer = DEFAULT_PROPOSER if choice.name == "default" else choice.name
-    description = {"proposer": proposer, "classifier": DEFAULT_CLASSIFIER}
+    choice = options.detector
+    if choice == DetectorChoice():  # a world's threshold is meant for the shipped model's scores
+        choice = replace(choice, threshold=world.score_threshold)
+    description = {"proposer": proposer_file(choice.name).stem, "classifier": DEFAULT_CLASSIFIER}
     count = _worker_count(world, options, own)
     if count == 0:
         station = CameraStation(world, options.seed, names, choice)

@@ -313,7 +313,9 @@ class World(Part):
     seed_varies: SeedVariation = SeedVariation()
     layers: dict[str, dict[str, float]] = Field(default_factory=dict, description="layer -> parameter -> value")
     costmap: CostmapSettings = CostmapSettings()
-    score_threshold: Finite | None = Field(None, description="least ACF score of a proposal; None: the model's own")
+    score_threshold: Finite | None = Field(
+        None, description="least ACF score of a proposal of the shipped model; None: its own"
+    )
     expectations: tuple[Expectation, ...] = ()
 
     @model_validator(mode="after")

@@ -131,7 +131,23 @@ def test_detect_writes_boxes_and_pictures(capsys: pytest.CaptureFixture[str], tm
     cv2.imwrite(str(picture), np.full((240, 320, 3), 128, np.uint8))
     assert main(["detect", str(picture), "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out/detections.csv").read_text() == "image,x,y,width,height,score,probability\n"
-    assert cv2.imread(str(tmp_path / "out/grey.png")).shape == (240, 320, 3)
+    assert cv2.imread(str(tmp_path / "out/grey_boxes.png")).shape == (240, 320, 3)
+
+
+def test_detect_never_overwrites_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        cv2.imwrite(str(tmp_path / folder / "1.png"), np.full((120, 160, 3), 90, np.uint8))
+    before = (tmp_path / "a/1.png").read_bytes()
+    assert main(["detect", str(tmp_path / "a"), str(tmp_path / "b"), "--out", str(tmp_path / "a")]) == 0
+    assert (tmp_path / "a/1.png").read_bytes() == before
+    assert (tmp_path / "a/1_boxes.png").exists() and (tmp_path / "a/1_boxes2.png").exists()
+
+
+def test_a_folder_that_is_a_file_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    out = str(tmp_path / "file")
+    assert "file" in complaint(capsys, "run", "real2", "--perception", "truth", "--no-video", "--out", out)
 
 
 def test_detect_refuses_what_is_no_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

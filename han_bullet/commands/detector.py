@@ -104,7 +104,7 @@ def _add_train(commands: Commands[Parser]) -> None:
         "train",
         "train a stage of the detector from the INRIA photographs",
         "  han-bullet train acf --data DIR\n"
-        "  han-bullet train cnn --data DIR --acf runs/train/acf.npz --epochs 10 --out runs/train/cnn.safetensors",
+        "  han-bullet train cnn --data DIR --acf runs/train/acf.npz --out runs/train/cnn.safetensors",
     )
     add_option = parser.add_argument
     add_option("stage", choices=("acf", "cnn"), help="acf: the boosted cascade; cnn: the classifier of its proposals")
@@ -145,6 +145,5 @@ def _train_cnn(options: argparse.Namespace, out: Path, console: Console) -> None
     from han_bullet.detection.training.cnn_training import EPOCHS, train_cnn
 
     use_one_thread()
-    name = "acf_inria" if options.acf == "default" else options.acf
-    proposer = AcfDetector(load_acf_model(name))
+    proposer = AcfDetector(load_acf_model(options.acf))
     train_cnn(options.data, proposer, out, options.seed, options.epochs or EPOCHS, report=console.log)
