@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.acf import AcfDetector, AcfModel, load_acf_model
+from han_bullet.detection.acf import AcfDetector, load_acf_model
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier, load_classifier
 from han_bullet.detection.evaluation import LabelledImage, evaluate, load_inria_test
 from han_bullet.detection.threads import use_one_thread

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from han_bullet.detection.acf import AcfDetector, AcfModel, load_acf_model
+from han_bullet.detection.acf import AcfDetector, load_acf_model
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.pictures import read_picture
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError

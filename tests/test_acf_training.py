@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.detection.acf import AcfDetector, AcfModel
+from han_bullet.detection.acf import AcfDetector
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.pictures import list_pictures, read_picture
 from han_bullet.detection.training.acf_samples import (
     box_crop,

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from han_bullet.detection.acf import AcfDetector, AcfModel
+from han_bullet.detection.acf import AcfDetector
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier, load_network
 from han_bullet.detection.networks import SmallVgg
 from han_bullet.detection.training.cnn_samples import (

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from han_bullet.detection.acf import AcfDetector, AcfModel
+from han_bullet.detection.acf import AcfDetector
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import PedestrianDetector, load_detector
 from han_bullet.errors import BadInputError

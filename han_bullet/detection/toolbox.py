@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
-from han_bullet.detection.acf import AcfModel
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS
 from han_bullet.errors import BadInputError

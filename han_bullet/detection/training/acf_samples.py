@@ -8,7 +8,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from han_bullet.detection.acf import AcfDetector, AcfModel
+from han_bullet.detection.acf import AcfDetector
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.channels import CELL, CHANNELS, Floats, compute_channels, luv
 from han_bullet.detection.pictures import Image, cut, read_picture
 from han_bullet.detection.pyramid import smooth

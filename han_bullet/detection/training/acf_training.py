@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.acf import AcfModel
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.channels import Floats
 from han_bullet.detection.pictures import list_pictures, read_picture
 from han_bullet.detection.training.acf_samples import (
