@@ -1,12 +1,16 @@
 """Whole episodes: the worlds' expectations with cameras, the truth ablation, and equal results for equal seeds."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 import yaml
@@ -200,6 +204,30 @@ def test_a_hand_over_to_nobody_does_not_count_as_arrived(tmp_path: Path) -> None
     assert values(result)["outcome"] == "timeout"
     last = (tmp_path / "run/trace.csv").read_text().splitlines()[-1].split(",")
     assert float(last[1]) == pytest.approx(3.5, abs=0.2)
+
+
+def camera_processes(parent: int) -> list[int]:
+    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+
+
+@pytest.mark.scenario
+def test_a_camera_process_that_dies_ends_the_run_with_its_name_and_whole_files(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "han_bullet.cli", "run", "real2", "--workers", "2", "--out", str(tmp_path / "run")]
+    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    trace = tmp_path / "run/trace.csv"
+    while run.poll() is None and not (trace.exists() and len(trace.read_text().splitlines()) > 5):
+        time.sleep(0.1)
+    os.kill(camera_processes(run.pid)[0], signal.SIGKILL)
+    complaint = run.communicate()[1]
+    assert run.returncode == 3
+    assert "camera-worker-0" in complaint and "Traceback" not in complaint
+    header, *rows = trace.read_text().splitlines()
+    assert len(rows) > 5 and all(row.count(",") == header.count(",") for row in rows)
+    pictures = imageio_ffmpeg.read_frames(str(tmp_path / "run/video.mp4"))
+    assert next(pictures)["size"] == (1920, 960)
+    assert sum(1 for _ in pictures) >= 3
+    assert not (tmp_path / "run/result.json").exists()
 
 
 @pytest.mark.scenario
