@@ -71,8 +71,11 @@ def build_stack(
         layers: Further layers, applied after the standard ones.
 
     Raises:
-        BadInputError: A layer or a layer's parameter that does not exist.
+        BadInputError: A layer or a layer's parameter that does not exist, or a layer without a name.
     """
+    for layer in layers:
+        if not isinstance(getattr(layer, "name", None), str):
+            raise BadInputError(f"layer {type(layer).__name__} has no name; a class attribute `name` would be right")
     floor = [(area.x, area.y) for area in world.floor]
     robot, settings = world.robot, world.costmap
     boxes = world.solid_boxes()

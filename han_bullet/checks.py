@@ -57,6 +57,12 @@ def check_world(world: World, source: str) -> None:
             places += [(f"people[{index}].behaviour.waypoints[{i}]", point) for i, point in waypoints]
         for field, place in places:
             _check_free(world, source, field, np.array(place), PERSON_RADIUS)
+        gap = float(np.hypot(*np.subtract(person.start[:2], world.robot.start[:2])))
+        if gap < world.robot.radius + PERSON_RADIUS:
+            raise BadInputError(
+                f"{source}: people[{index}].start: {person.name} stands {gap:.2f} m from the robot's start; at least "
+                f"{world.robot.radius + PERSON_RADIUS:.2f} m would be right"
+            )
     start, goal = np.array(world.robot.start[:2]), _goal(world)
     _check_free(world, source, "robot.start", start, world.robot.radius)
     field = "task.pose" if isinstance(world.task, GoToTask) else "task.place"

@@ -13,6 +13,7 @@ from rich.console import Console
 from han_bullet.commands import detector, run, worlds
 from han_bullet.commands.parsing import Parser
 from han_bullet.errors import HanError, WorkerDiedError
+from han_bullet.provenance import versions
 
 BAD_INPUT, WORKER_DIED, INTERRUPTED = 2, 3, 130
 DESCRIPTION = "Human-aware navigation that sees people: cameras in, considerate robot motion out."
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> Parser:
     parser = Parser(prog="han-bullet", description=DESCRIPTION)
+    parser.add_argument("--version", action="version", version=f"han-bullet {versions()['han_bullet']}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for subject in (worlds, run, detector):
         subject.add(commands)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import math
 import time
 from collections.abc import Sequence
@@ -118,7 +119,7 @@ def run_world(
     source = f"{find_world(name_or_path)} (seed {options.seed})"
     concrete = vary(world, options.seed)
     check_world(concrete, source)
-    result = _describe(concrete, options)
+    result = _describe(concrete, options, find_world(name_or_path))
     with contextlib.ExitStack() as closing:
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
         simulator = Simulator(concrete, renderer=frames, gui=options.gui)
@@ -161,11 +162,12 @@ def _load(name_or_path: str | Path, options: RunOptions) -> World:
     return world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
 
 
-def _describe(world: World, options: RunOptions) -> dict[str, Any]:
+def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]:
     """Return what a result says of how it was made; asked for first, so that a run is not lost over it."""
     with_cameras = options.perception == "cameras"
     return {
         "world": world.name,
+        "world_sha256": hashlib.sha256(source.read_bytes()).hexdigest(),
         "seed": options.seed,
         "perception": options.perception,
         "localization": None,

@@ -64,13 +64,16 @@ def parse_world(document: dict[str, Any], source: str = "world") -> World:
 
 def _one_sentence(error: ValidationError) -> str:
     """Tell the first fault of a document: field, what is wrong, the value given."""
-    first, *others = error.errors()
+    # A misspelt key shows as a missing one too: the unknown key is what helps.
+    first, *others = sorted(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
     kinds = ("go_to", "hand_over", "ceiling", "onboard", "stand", "sit", "walk")
     steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in first["loc"] if step not in kinds]
     field = "".join(steps).lstrip(".") or "the document"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
         message = "unknown key; see docs/world_file.md for the keys that exist"
+    elif first["type"] == "union_tag_invalid":
+        message = f"kind is {first['ctx']['tag']!r}; there are {first['ctx']['expected_tags']}"
     elif first["type"] != "value_error" and not isinstance(first["input"], dict | list):
         message += f" (it is {first['input']!r})"
     more = f" (and {len(others)} more)" if others else ""

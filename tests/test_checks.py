@@ -27,6 +27,11 @@ def test_a_person_who_starts_where_nobody_can_stand_is_refused(x: float, y: floa
         check_world(with_person_at(x, y), "my.yaml")
 
 
+def test_a_person_who_starts_inside_the_robot_is_refused() -> None:
+    with pytest.raises(BadInputError, match=r"people\[0\].start: walker stands 0.14 m from the robot's start"):
+        check_world(with_person_at(1.6, 0.1), "my.yaml")
+
+
 def test_a_robot_needs_more_room_than_a_person() -> None:
     check_world(with_person_at(4.0, 1.23), "my.yaml")
     robot = WORLD.robot.model_copy(update={"start": (4.0, 1.23, 0.0)})

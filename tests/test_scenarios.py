@@ -158,6 +158,30 @@ def test_a_layer_of_ones_own_is_obeyed_and_a_robot_without_a_way_says_so(tmp_pat
     assert values(run_world("real2", options, tmp_path, layers=[Wall()]))["outcome"] == "blocked"
 
 
+@pytest.mark.scenario
+def test_the_documentations_layer_moves_the_robot(tmp_path: Path) -> None:
+    text = (Path(__file__).parent.parent / "docs/index.md").read_text()
+    names: dict[str, Any] = {"__name__": "documentation"}
+    exec(text.split("```python\n")[1].split("```")[0], names)
+    rows = []
+    for layers in ([], [names["QuietCorner"]()]):
+        run_world("real2", RunOptions(perception="truth", video=False), tmp_path, layers=layers)
+        places = np.loadtxt(tmp_path / "trace.csv", delimiter=",", skiprows=1, usecols=(1, 2))
+        rows.append(float(np.interp(9.0, places[:, 0], places[:, 1])))
+    without, with_layer = rows
+    assert with_layer < without - 0.1
+    assert "quiet_corner" in json.loads((tmp_path / "result.json").read_text())["layers"]
+
+
+@pytest.mark.scenario
+def test_a_layer_without_a_name_is_refused(tmp_path: Path) -> None:
+    class Nameless(Layer):
+        def apply(self, costmap: Costmap, scene: Scene) -> None: ...
+
+    with pytest.raises(BadInputError, match="Nameless has no name"):
+        run_world("real2", RunOptions(perception="truth", video=False), tmp_path, layers=[Nameless()])
+
+
 class Blind(Detector):
     """A detector of one's own that finds nobody and counts what it is shown."""
 

@@ -40,6 +40,17 @@ def test_an_unknown_key_is_named_with_its_place(document: dict[str, Any]) -> Non
     assert "people[0].behaviour.sped: unknown key" in fault(document)
 
 
+def test_a_misspelt_key_is_named_rather_than_the_one_it_hides(document: dict[str, Any]) -> None:
+    behaviour = document["people"][0]["behaviour"]
+    behaviour["waypoint"] = behaviour.pop("waypoints")
+    assert "people[0].behaviour.waypoint: unknown key" in fault(document)
+
+
+def test_a_kind_that_does_not_exist_is_named_with_those_there_are(document: dict[str, Any]) -> None:
+    document["people"][0]["behaviour"] = {"kind": "standing"}
+    assert "people[0].behaviour: kind is 'standing'; there are 'stand', 'sit', 'walk'" in fault(document)
+
+
 def test_a_camera_period_that_is_no_multiple_of_the_control_period_is_refused(document: dict[str, Any]) -> None:
     document["cameras"][1]["rate"] = 7.0
     message = fault(document)

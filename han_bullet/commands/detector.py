@@ -24,7 +24,7 @@ def _add_detect(commands: Commands[Parser]) -> None:
     parser = command(
         commands,
         "detect",
-        "find pedestrians in pictures; write detections.csv and pictures with boxes",
+        "find upright people at least 100 px high in pictures; write detections.csv and pictures with boxes",
         "  han-bullet detect photo.jpg\n  han-bullet detect photos/ --threshold 60 --out boxes/",
     )
     add = parser.add_argument

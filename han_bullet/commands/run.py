@@ -43,7 +43,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
     add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
-    add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/WORLD)")
+    add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/NAME of the world file)")
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
     parser.set_defaults(handler=_run)
 
@@ -52,7 +52,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.camera_workers import DetectorChoice
     from han_bullet.progress import ProgressBar
     from han_bullet.runner import RunOptions, run_world
-    from han_bullet.world_file import load_world
+    from han_bullet.world_file import find_world, load_world
 
     world = load_world(options.world)
     run_options = RunOptions(
@@ -67,7 +67,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         video=options.video,
         gui=options.gui,
     )
-    folder = options.out or Path("runs") / world.name
+    folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)
     result = run_world(options.world, run_options, folder, hooks=[bar])
     _print_metrics(result, console)
@@ -89,5 +89,5 @@ def _print_metrics(result: RunResult, console: Console) -> None:
     table.add_column("unit")
     for metric in result.metrics:
         value = f"{metric.value:.3f}" if isinstance(metric.value, float) else str(metric.value)
-        table.add_row(metric.name, value, metric.unit)
+        table.add_row(metric.name, "–" if metric.value is None else value, "" if metric.unit == "1" else metric.unit)
     console.print(table)

@@ -43,8 +43,8 @@ def _worlds(options: argparse.Namespace, console: Console) -> int:
     console.print(f"[bold]{world.name}[/]  {world.description}", soft_wrap=True)
     people = ", ".join(f"{p.name} ({p.behaviour.kind})" for p in world.people) or "nobody"
     console.print(f"people: {people}; task: {world.task.kind}; at most {world.duration:g} s")
-    table = Table(title="where a whole person is in view (onboard: from the start)", title_justify="left")
-    for heading in ("camera", "area [m²]", "share of floor", "x [m]", "y [m]"):
+    table = Table(title="floor with a whole person in view (onboard: at the start)", title_justify="left")
+    for heading in ("camera", r"area \[m²]", "share of floor", r"x \[m]", r"y \[m]"):
         table.add_column(heading, justify="left" if heading == "camera" else "right")
     for coverage in coverages(world):
         x, y = (f"{e[0]:.1f} to {e[1]:.1f}" if e else "-" for e in (coverage.x, coverage.y))
