@@ -115,7 +115,7 @@ def task_of(world: World) -> Task:
     """Return the robot's task as the stack knows it."""
     task = world.task
     if isinstance(task, GoToTask):
-        return GoTo(Pose2D(*task.pose), *task.tolerance)
+        return GoTo(Pose2D(*task.pose))
     return HandOver(np.array(task.place), task.distance)
 
 

@@ -191,13 +191,9 @@ class GoTo:
 
     Attributes:
         pose_in_world: The goal.
-        tolerance_position: [m].
-        tolerance_yaw: [rad].
     """
 
     pose_in_world: Pose2D
-    tolerance_position: float = 0.15
-    tolerance_yaw: float = 0.2
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "han_bullet"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 STAGES = {"sim", "detection", "tracking", "costmap", "planning", "control"}
-VALUES = {"geometry", "messages", "errors", "assets"}
+VALUES = {"geometry", "messages", "errors", "assets", "atomic_file"}
 WORLD = {"world_schema", "world_file"}
 ONLY_IN = {"pybullet": "sim", "torch": "detection", "rospy": None}
 

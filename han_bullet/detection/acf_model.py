@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
-from han_bullet.detection.model_files import write_at_once
 from han_bullet.errors import BadInputError
 
 

@@ -13,7 +13,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor, nn
 
-from han_bullet.detection.model_files import DEFAULT, classifier_file, write_at_once
+from han_bullet.atomic_file import write_at_once
+from han_bullet.detection.model_files import DEFAULT, classifier_file
 from han_bullet.detection.networks import SIDE, SmallVgg, SqueezeTrunk
 from han_bullet.detection.pictures import Image, cut
 from han_bullet.errors import BadInputError

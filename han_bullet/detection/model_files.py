@@ -1,4 +1,4 @@
-"""The files of the detector's weights: how they are named, found and written."""
+"""The files of the detector's weights: how they are named and found."""
 
 from __future__ import annotations
 
@@ -39,13 +39,3 @@ def _find(name_or_path: str | Path, default: str, ending: str) -> Path:
             f"model {str(name_or_path)!r} is neither a file nor one of the shipped: {', '.join(shipped) or 'none'}"
         )
     return path
-
-
-def write_at_once(path: Path, content: bytes) -> None:
-    """Write a file by renaming a finished one, so that an interruption leaves the old file or the new, never half."""
-    temporary = path.with_name(f"{path.name}.tmp")  # in the same folder: renaming across disks would be copying
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
