@@ -15,12 +15,12 @@ from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 
 
-def small_model(seed: int = 1, trees: int = 6) -> AcfModel:
+def small_model(seed: int = 1, trees: int = 6, depth: int = 2) -> AcfModel:
     """A classifier of random trees that lets some windows of noise through."""
     rng = np.random.default_rng(seed)
-    features = rng.integers(0, 5120, (trees, 3)).astype(np.int32)
+    features = rng.integers(0, 5120, (trees, 2**depth - 1)).astype(np.int32)
     thresholds = np.where(features % 10 < 3, 0.4, 0.02).astype(np.float32)
-    leaves = rng.normal(0.0, 0.7, (trees, 4)).astype(np.float32)
+    leaves = rng.normal(0.0, 0.7, (trees, 2**depth)).astype(np.float32)
     return AcfModel(features, thresholds, leaves, (0.0, 0.11, 0.11))
 
 
@@ -28,8 +28,10 @@ def noise(seed: int = 0, height: int = 200, width: int = 260) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
 
 
-def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path) -> None:
-    model = replace(small_model(), score_threshold=12.5)
+@pytest.mark.parametrize("depth", [1, 2, 5])
+def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path, depth: int) -> None:
+    model = replace(small_model(depth=depth), score_threshold=12.5)
+    assert model.depth == depth
     model.save(tmp_path / "model.npz")
     loaded = AcfModel.load(tmp_path / "model.npz")
     assert np.array_equal(loaded.features, model.features)
@@ -57,6 +59,9 @@ def test_a_file_with_pickled_objects_is_refused(tmp_path: Path) -> None:
         ("features", np.full((6, 3), 5120, np.int32)),
         ("features", np.full((6, 3), -1, np.int32)),
         ("features", np.zeros((5, 3), np.int32)),
+        ("features", np.int32(0)),
+        ("features", np.zeros((6, 7), np.int32)),
+        ("leaves", np.zeros((6, 8), np.float32)),
         ("thresholds", np.full((6, 3), np.nan, np.float32)),
         ("leaves", np.full((6, 4), np.nan, np.float32)),
         ("lambdas", (0.0, 0.1)),
@@ -118,6 +123,12 @@ def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
     assert np.all(np.diff(scores) <= 0.0)
     assert boxes[:, 2] / boxes[:, 3] == pytest.approx(np.full(len(boxes), 0.41))
     assert boxes[:, 3].min() >= 100.0 - 1e-9
+
+
+@pytest.mark.parametrize("depth", [1, 3, 5])
+def test_trees_of_another_depth_find_boxes_too(depth: int) -> None:
+    boxes, scores = AcfDetector(small_model(depth=depth)).detect(noise())
+    assert len(boxes) == len(scores) > 3
 
 
 def test_the_same_image_gives_the_same_boxes_bit_for_bit() -> None:

@@ -10,28 +10,35 @@ from han_bullet.detection.channels import CHANNELS
 ROWS, COLUMNS = 4, 3  # a small window [cells]
 
 
-def random_trees(rng: np.random.Generator, trees: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    features = rng.integers(0, ROWS * COLUMNS * CHANNELS, (trees, 3)).astype(np.int32)
-    return features, rng.random((trees, 3), np.float32), rng.normal(0, 0.5, (trees, 4)).astype(np.float32)
+def random_trees(rng: np.random.Generator, trees: int, depth: int = 2) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    nodes = 2**depth - 1
+    features = rng.integers(0, ROWS * COLUMNS * CHANNELS, (trees, nodes)).astype(np.int32)
+    leaves = rng.normal(0, 0.5, (trees, nodes + 1)).astype(np.float32)
+    return features, rng.random((trees, nodes), np.float32), leaves
 
 
 def plain_score(window: np.ndarray, features: np.ndarray, thresholds: np.ndarray, leaves: np.ndarray, give_up: float):
     values, score = window.reshape(-1), np.float32(0)
+    nodes = features.shape[1]
     for tree in range(len(features)):
-        side = int(values[features[tree, 0]] >= thresholds[tree, 0])
-        leaf = int(values[features[tree, 1 + side]] >= thresholds[tree, 1 + side])
-        score += leaves[tree, 2 * side + leaf]
+        node = 0
+        while node < nodes:
+            goes_left = values[features[tree, node]] < thresholds[tree, node]
+            node = 2 * node + 1 if goes_left else 2 * node + 2
+        score += leaves[tree, node - nodes]
         if score <= np.float32(give_up):
             return None
     return score
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(-2, 1))
-def test_the_scan_equals_the_trees_applied_to_each_window(seed: int, rows: int, columns: int, give_up: float) -> None:
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(-2, 1), st.integers(1, 5))
+def test_the_scan_equals_the_trees_applied_to_each_window(
+    seed: int, rows: int, columns: int, give_up: float, depth: int
+) -> None:
     rng = np.random.default_rng(seed)
     level = rng.random((rows, columns, CHANNELS), np.float32)
-    features, thresholds, leaves = random_trees(rng, 12)
+    features, thresholds, leaves = random_trees(rng, 12, depth)
     found = scan(level, ROWS, COLUMNS, feature_offsets(features, COLUMNS, columns), thresholds, leaves, give_up)
     expected = [
         (row, column, score)
@@ -45,6 +52,26 @@ def test_the_scan_equals_the_trees_applied_to_each_window(seed: int, rows: int, 
         is not None
     ]
     assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+
+
+def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
+    rng = np.random.default_rng(11)
+    level = rng.random((30, 30, CHANNELS), np.float32)
+    features, thresholds, leaves = random_trees(rng, 20)
+    deeper = np.concatenate([features, np.zeros((20, 4), np.int32)], axis=1)
+    deeper_thresholds = np.concatenate([thresholds, rng.random((20, 4), np.float32)], axis=1)
+    shallow = scan(level, ROWS, COLUMNS, feature_offsets(features, COLUMNS, 30), thresholds, leaves, -1.0)
+    deep = scan(
+        level,
+        ROWS,
+        COLUMNS,
+        feature_offsets(deeper, COLUMNS, 30),
+        deeper_thresholds,
+        np.repeat(leaves, 2, axis=1),
+        -1.0,
+    )
+    assert 10 < shallow[0].size < 27 * 28
+    assert all(np.array_equal(one, other) for one, other in zip(shallow, deep, strict=True))
 
 
 def test_a_lower_limit_never_loses_a_window() -> None:

@@ -17,15 +17,19 @@ from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
 from han_bullet.errors import BadInputError
 
+LARGEST_DEPTH = 8  # of a tree; boosted trees are shallow
+
 
 @dataclass(frozen=True)
 class AcfModel:
-    """A boosted classifier of depth-2 trees over the channels of one window, and what is needed to apply it.
+    """A boosted classifier of trees over the channels of one window, and what is needed to apply it.
+
+    All trees are complete and equally deep. The children of node k are 2k + 1 (left) and 2k + 2 (right).
 
     Attributes:
-        features: Of the root and its two children: index into a window laid out (row, column, channel), (trees, 3).
-        thresholds: A value below goes left, shape (trees, 3).
-        leaves: Score that each leaf adds, from left to right, calibration included, shape (trees, 4).
+        features: Of each node: index into a window laid out (row, column, channel), shape (trees, 2^depth - 1).
+        thresholds: A value below goes left, shape (trees, 2^depth - 1).
+        leaves: Score that each leaf adds, from left to right, calibration included, shape (trees, 2^depth).
         lambdas: How colour, magnitude and orientation channels fade with scale.
         person_height, person_width: Size of the person in the window [px].
         window_height, window_width: Size of the window with its margin [px].
@@ -46,11 +50,13 @@ class AcfModel:
 
     def __post_init__(self) -> None:
         """Check shapes and ranges, so that no kernel ever reads outside a window."""
-        trees = self.features.shape[0]
-        if self.features.shape != (trees, 3) or self.thresholds.shape != (trees, 3) or self.leaves.shape != (trees, 4):
+        shapes = self.features.shape, self.thresholds.shape, self.leaves.shape
+        trees, nodes = shapes[0] if len(shapes[0]) == 2 else (0, 0)
+        complete = nodes + 1 in [2**depth for depth in range(1, LARGEST_DEPTH + 1)]
+        if not complete or shapes[1] != (trees, nodes) or shapes[2] != (trees, nodes + 1):
             raise BadInputError(
-                f"ACF model: features {self.features.shape}, thresholds {self.thresholds.shape} and leaves "
-                f"{self.leaves.shape} must be (trees, 3), (trees, 3) and (trees, 4)"
+                f"ACF model: features {shapes[0]}, thresholds {shapes[1]} and leaves {shapes[2]} must be "
+                f"(trees, 2^d - 1), (trees, 2^d - 1) and (trees, 2^d) with a depth d of 1 to {LARGEST_DEPTH}"
             )
         if not (0 < self.person_height <= self.window_height and 0 < self.person_width <= self.window_width):
             raise BadInputError(f"ACF model: a person of {self.person_height} px does not fit {self.window_height} px")
@@ -64,6 +70,11 @@ class AcfModel:
                 f"ACF model: thresholds, leaves, the three lambdas {self.lambdas} and the cascade threshold "
                 f"{self.cascade_threshold} must be finite, the score threshold {self.score_threshold} a number"
             )
+
+    @property
+    def depth(self) -> int:
+        """Return how many comparisons lead to a leaf."""
+        return self.leaves.shape[1].bit_length() - 1
 
     @property
     def window_values(self) -> int:

@@ -1,4 +1,4 @@
-"""The soft cascade: boosted depth-2 trees summed over every window until the sum falls too low [Dollar2014]."""
+"""The soft cascade: boosted trees summed over every window until the sum falls too low [Dollar2014]."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.channels import CHANNELS, Floats
+from han_bullet.detection.channels import CHANNELS, Float, Floats
 
 Ints = NDArray[np.int32]
 
@@ -35,13 +35,15 @@ def scan(
 ) -> tuple[Ints, Ints, Floats]:
     """Return row, column [cells] and score of every window whose running sum stays above a limit.
 
+    A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right).
+
     Args:
         level: Channels, shape (rows, columns, 10).
         window_rows: Height of a window [cells].
         window_columns: Width of a window [cells].
-        offsets: Of the root's and the two children's features, shape (trees, 3).
-        thresholds: A value below its threshold goes left, shape (trees, 3).
-        leaves: From left to right, shape (trees, 4).
+        offsets: Of the nodes' features, shape (trees, 2^depth - 1).
+        thresholds: A value below its threshold goes left, shape (trees, 2^depth - 1).
+        leaves: From left to right, shape (trees, 2^depth).
         give_up: A window is dropped as soon as its sum is not above this.
     """
     rows = max(level.shape[0] - window_rows + 1, 0)
@@ -49,21 +51,76 @@ def scan(
     values = level.reshape(-1)
     found_rows, found_columns = np.empty(rows * columns, np.int32), np.empty(rows * columns, np.int32)
     scores = np.empty(rows * columns, np.float32)
-    count = 0
     limit = np.float32(give_up)
+    count = 0
     for row in range(rows):
-        for column in range(columns):
-            start = (row * level.shape[1] + column) * CHANNELS
-            score = np.float32(0.0)
-            alive = True
-            for tree in range(offsets.shape[0]):
-                side = 0 if values[start + offsets[tree, 0]] < thresholds[tree, 0] else 1
-                leaf = 0 if values[start + offsets[tree, 1 + side]] < thresholds[tree, 1 + side] else 1
-                score += leaves[tree, 2 * side + leaf]
-                if score <= limit:
-                    alive = False
-                    break
-            if alive:
-                found_rows[count], found_columns[count], scores[count] = row, column, score
-                count += 1
+        line = values[row * level.shape[1] * CHANNELS :]
+        places, sums = found_columns[count:], scores[count:]
+        if offsets.shape[1] == 3:
+            found = _scan_row_by_pairs(line, columns, offsets, thresholds, leaves, limit, places, sums)
+        else:
+            found = _scan_row(line, columns, offsets, thresholds, leaves, limit, places, sums)
+        found_rows[count : count + found] = row
+        count += found
     return found_rows[:count], found_columns[:count], scores[:count]
+
+
+@numba.njit(cache=True)
+def _scan_row(
+    line: Floats,
+    columns: int,
+    offsets: Ints,
+    thresholds: Floats,
+    leaves: Floats,
+    limit: Float,
+    places: Ints,
+    sums: Floats,
+) -> int:
+    """Write columns and scores of the windows of a row that pass, and return how many they are; trees of any depth."""
+    count, nodes = 0, offsets.shape[1]
+    for column in range(columns):
+        start = column * CHANNELS
+        score = np.float32(0.0)
+        alive = True
+        for tree in range(offsets.shape[0]):
+            node = 0
+            while node < nodes:
+                node = 2 * node + (1 if line[start + offsets[tree, node]] < thresholds[tree, node] else 2)
+            score += leaves[tree, node - nodes]
+            if score <= limit:
+                alive = False
+                break
+        if alive:
+            places[count], sums[count] = column, score
+            count += 1
+    return count
+
+
+@numba.njit(cache=True)
+def _scan_row_by_pairs(
+    line: Floats,
+    columns: int,
+    offsets: Ints,
+    thresholds: Floats,
+    leaves: Floats,
+    limit: Float,
+    places: Ints,
+    sums: Floats,
+) -> int:
+    """Do as `_scan_row` does for trees of depth 2, two comparisons each: twice as fast."""
+    count = 0
+    for column in range(columns):
+        start = column * CHANNELS
+        score = np.float32(0.0)
+        alive = True
+        for tree in range(offsets.shape[0]):
+            side = 0 if line[start + offsets[tree, 0]] < thresholds[tree, 0] else 1
+            leaf = 0 if line[start + offsets[tree, 1 + side]] < thresholds[tree, 1 + side] else 1
+            score += leaves[tree, 2 * side + leaf]
+            if score <= limit:
+                alive = False
+                break
+        if alive:
+            places[count], sums[count] = column, score
+            count += 1
+    return count

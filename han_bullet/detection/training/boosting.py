@@ -46,11 +46,11 @@ class QuantisedFeatures:
 
 @dataclass(frozen=True)
 class Trees:
-    """A boosted sum of depth-2 trees, laid out as in AcfModel.
+    """A boosted sum of trees, laid out as in AcfModel.
 
     Attributes:
-        features, thresholds: Of the root and its two children, shape (trees, 3).
-        leaves: From left to right, shape (trees, 4).
+        features, thresholds: Of the nodes, the children of node k at 2k + 1 and 2k + 2, shape (trees, 2^depth - 1).
+        leaves: From left to right, shape (trees, 2^depth).
     """
 
     features: Ints
