@@ -2,37 +2,62 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.cascade import feature_offsets, scan
-from han_bullet.detection.channels import CELL
+from han_bullet.detection.cascade import Ints, feature_offsets, scan
+from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
-from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, Level, build_pyramid
+from han_bullet.detection.pyramid import Level, build_pyramid
+from han_bullet.detection.scales import LevelSize
+from han_bullet.detection.scan_limits import ScanLimits
+from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
 
-def load_acf_model(name_or_path: str | Path = DEFAULT) -> AcfModel:
+def load_acf_model(name_or_path: str | Path = DEFAULT, calibration: float | None = None) -> AcfModel:
     """Load a model.
 
     Args:
         name_or_path: "default", the name of a model that comes with the package ("acf_inria"), or a file: one of ours,
             .npz, or one of the toolbox, .mat.
+        calibration: Added to every leaf; None adds 0.01 to a model of the toolbox without filters, as its demo does,
+            and nothing to others.
 
     Raises:
-        BadInputError: If there is no such model, or the file is not one.
+        BadInputError: If there is no such model, the file is not one, or the calibration is no finite number.
     """
+    if calibration is not None and not math.isfinite(calibration):
+        raise BadInputError(f"calibration is {calibration}; a small number such as 0.01 would be right")
     path = proposer_file(name_or_path)
-    if path.suffix.lower() != ".mat":
-        return AcfModel.load(path)
-    from han_bullet.detection.toolbox import load_toolbox_model  # scipy.io takes as long as all the rest to import
+    if path.suffix.lower() == ".mat":
+        return load_toolbox_model(path, calibration)
+    model = AcfModel.load(path)
+    return model if calibration is None else replace(model, leaves=model.leaves + np.float32(calibration))
 
-    return load_toolbox_model(path)
+
+@dataclass(frozen=True)
+class Scan:
+    """Every window of an image that passes the cascade, and what finding them took.
+
+    Attributes:
+        boxes: x, y, width, height, shape (n, 4) [px], as high as the person, unsorted and overlapping.
+        scores: Shape (n,).
+        windows: How many windows were looked at.
+        trees: How many trees were evaluated in all of them.
+    """
+
+    boxes: Array
+    scores: Array
+    windows: int
+    trees: int
 
 
 class AcfDetector:
@@ -45,11 +70,12 @@ class AcfDetector:
     def __init__(self, model: AcfModel) -> None:
         self.model = model
 
-    def detect(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
+    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> tuple[Array, Array]:
         """Return the people found in an image by falling score.
 
         Args:
             image: RGB, shape (h, w, 3), uint8.
+            limits: How high people may be, by where their feet are; None looks for people of all sizes everywhere.
 
         Returns:
             Boxes x, y, width, height, shape (n, 4) [px], as high as the person, and their scores, shape (n,).
@@ -57,38 +83,62 @@ class AcfDetector:
         Raises:
             BadInputError: If the array is not such an image.
         """
-        boxes, scores = self.scan(image)
-        kept = suppress(boxes, scores)
-        return boxes[kept], scores[kept]
+        found = self.scan(image, limits)
+        kept = suppress(found.boxes, found.scores)
+        return found.boxes[kept], found.scores[kept]
 
-    def scan(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
-        """Return boxes and scores as `detect` does, but of every window that passes the cascade, unsorted."""
+    def scan(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Scan:
+        """Return every window that passes the cascade, before non-maximum suppression; arguments as for `detect`."""
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model
-        levels = build_pyramid(image, model.lambdas, (model.person_height, model.person_width))
-        found = [self._scan_level(level) for level in levels]
-        boxes = np.concatenate([np.empty((0, 4)), *(box for box, _ in found)])
-        return boxes, np.concatenate([np.empty(0), *(score for _, score in found)])
-
-    def _scan_level(self, level: Level) -> tuple[Array, Array]:
-        """Return boxes in the image and scores of one level's windows."""
-        model = self.model
-        window_rows, window_columns = model.window_height // CELL, model.window_width // CELL
-        offsets = feature_offsets(model.features, window_columns, level.channels.shape[1])
-        rows, columns, scores = scan(
-            level.channels,
-            window_rows,
-            window_columns,
-            offsets,
-            model.thresholds,
-            model.leaves,
-            model.cascade_threshold,
+        levels = build_pyramid(
+            image,
+            model.lambdas,
+            (model.person_height, model.person_width),
+            model.cell,
+            (model.padding_height // model.cell, model.padding_width // model.cell),
+            lambda size: bool(self._window_rows(size, limits).size),
         )
-        margin_x = 0.5 * (model.window_width - model.person_width)
-        margin_y = 0.5 * (model.window_height - model.person_height)
+        found = [self._scan_level(level, limits) for level in levels]
+        return Scan(
+            np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),
+            np.concatenate([np.empty(0), *(scan.scores for scan in found)]),
+            sum(scan.windows for scan in found),
+            sum(scan.trees for scan in found),
+        )
+
+    def _scan_level(self, level: Level, limits: ScanLimits | None) -> Scan:
+        model, size = self.model, level.size
+        channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
+        window_columns = model.window_width // model.window_cell
+        window_rows = self._window_rows(size, limits)
+        offsets = feature_offsets(model.features, window_columns, channels.shape[1], channels.shape[2])
+        rows, columns, scores, trees = scan(
+            channels, window_rows, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
+        )
         boxes = np.empty((rows.size, 4))
-        boxes[:, 0] = (columns * CELL + margin_x - PADDING_COLUMNS * CELL) / level.scale_x
-        boxes[:, 1] = (rows * CELL + margin_y - PADDING_ROWS * CELL) / level.scale_y
-        boxes[:, 2], boxes[:, 3] = model.person_width / level.scale, model.person_height / level.scale
-        return boxes, scores.astype(np.float64)
+        margin = 0.5 * (model.window_width - model.person_width) - model.padding_width
+        boxes[:, 0] = (columns * model.window_cell + margin) / size.scale_x
+        boxes[:, 1] = self._tops(rows, size)
+        boxes[:, 2], boxes[:, 3] = model.person_width / size.scale, model.person_height / size.scale
+        windows = window_rows.size * max(channels.shape[1] - window_columns + 1, 0)
+        return Scan(boxes, scores.astype(np.float64), windows, trees)
+
+    def _window_rows(self, size: LevelSize, limits: ScanLimits | None) -> Ints:
+        """Return the rows of a level [cells] where windows start that may hold a person."""
+        model = self.model
+        level_rows = size.rows + 2 * (model.padding_height // model.cell)
+        if model.filters is not None:
+            level_rows = halved(level_rows)
+        rows = np.arange(max(level_rows - model.window_height // model.window_cell + 1, 0), dtype=np.int32)
+        if limits is None:
+            return rows
+        height = model.person_height / size.scale
+        return rows[limits.allow(self._tops(rows, size) + height, np.full(rows.size, height))]
+
+    def _tops(self, rows: Ints, size: LevelSize) -> Array:
+        """Return the upper edges of the people [px] in the windows that start in some rows of a level."""
+        model = self.model
+        margin = 0.5 * (model.window_height - model.person_height) - model.padding_height
+        return np.asarray((rows * model.window_cell + margin) / size.scale_y, np.float64)

@@ -15,16 +15,23 @@ from numpy.typing import NDArray
 from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
+from han_bullet.detection.filters import HALVING
+from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS
 from han_bullet.errors import BadInputError
 
 LARGEST_DEPTH = 8  # of a tree; boosted trees are shallow
+CELLS = (2, 4)  # [px] sides that a model's cells may have
+LARGEST_WINDOW = 1024  # [px] of a side; a file that asks for more is broken or hostile
+LARGEST_FILTER = 15  # [cells] of a side
+MOST_FILTERS = 16
 
 
 @dataclass(frozen=True)
 class AcfModel:
     """A boosted classifier of trees over the channels of one window, and what is needed to apply it.
 
-    All trees are complete and equally deep. The children of node k are 2k + 1 (left) and 2k + 2 (right).
+    With filters, the trees look at filtered channels in cells twice as large [Nam2014]. All trees are complete and
+    equally deep. The children of node k are 2k + 1 (left) and 2k + 2 (right).
 
     Attributes:
         features: Of each node: index into a window laid out (row, column, channel), shape (trees, 2^depth - 1).
@@ -35,6 +42,9 @@ class AcfModel:
         window_height, window_width: Size of the window with its margin [px].
         cascade_threshold: A window is given up as soon as its sum is not above this.
         score_threshold: Recommended smallest score of a detection; -inf where none has been chosen.
+        cell: Side of the cells in which channels are computed [px].
+        padding_height, padding_width: How far windows may reach beyond the image [px].
+        filters: Each applied to each channel, shape (filters, rows, columns, 10); None for plain channels.
     """
 
     features: Ints
@@ -47,6 +57,10 @@ class AcfModel:
     window_width: int = 64
     cascade_threshold: float = -1.0
     score_threshold: float = -math.inf
+    cell: int = CELL
+    padding_height: int = PADDING_ROWS * CELL
+    padding_width: int = PADDING_COLUMNS * CELL
+    filters: Floats | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and ranges, so that no kernel ever reads outside a window."""
@@ -58,10 +72,7 @@ class AcfModel:
                 f"ACF model: features {shapes[0]}, thresholds {shapes[1]} and leaves {shapes[2]} must be "
                 f"(trees, 2^d - 1), (trees, 2^d - 1) and (trees, 2^d) with a depth d of 1 to {LARGEST_DEPTH}"
             )
-        if not (0 < self.person_height <= self.window_height and 0 < self.person_width <= self.window_width):
-            raise BadInputError(f"ACF model: a person of {self.person_height} px does not fit {self.window_height} px")
-        if self.window_height % CELL or self.window_width % CELL:
-            raise BadInputError(f"ACF model: window {self.window_height} x {self.window_width} px must be whole cells")
+        self._check_sizes()
         if trees == 0 or self.features.min() < 0 or self.features.max() >= self.window_values:
             raise BadInputError(f"ACF model: {trees} trees; features must lie in 0 .. {self.window_values - 1}")
         numbers = (*self.lambdas, self.cascade_threshold, float(self.leaves.sum()), float(self.thresholds.sum()))
@@ -71,15 +82,53 @@ class AcfModel:
                 f"{self.cascade_threshold} must be finite, the score threshold {self.score_threshold} a number"
             )
 
+    def _check_sizes(self) -> None:
+        """Check person, window, cells, padding and filters."""
+        person, window = (self.person_height, self.person_width), (self.window_height, self.window_width)
+        if not (0 < person[0] <= window[0] <= LARGEST_WINDOW and 0 < person[1] <= window[1] <= LARGEST_WINDOW):
+            raise BadInputError(
+                f"ACF model: a person of {person[0]} x {person[1]} px must fit the window of {window[0]} x {window[1]} "
+                f"px, of {LARGEST_WINDOW} px at most"
+            )
+        if self.cell not in CELLS or any(side % self.window_cell for side in window):
+            raise BadInputError(
+                f"ACF model: window {window[0]} x {window[1]} px must be whole cells, and the cells of "
+                f"{self.cell} px be of {' or '.join(map(str, CELLS))} px"
+            )
+        padding = (self.padding_height, self.padding_width)
+        if any(side % self.cell or not 0 <= side <= LARGEST_WINDOW for side in padding):
+            raise BadInputError(
+                f"ACF model: padding of {padding[0]} x {padding[1]} px must be whole cells of {self.cell} px, of "
+                f"{LARGEST_WINDOW} px at most"
+            )
+        if self.filters is not None:
+            count, height, width, channels = self.filters.shape if self.filters.ndim == 4 else (0, 0, 0, 0)
+            odd = height % 2 == width % 2 == 1 and max(height, width) <= LARGEST_FILTER
+            if not (odd and 0 < count <= MOST_FILTERS and channels == CHANNELS and np.isfinite(self.filters).all()):
+                raise BadInputError(
+                    f"ACF model: filters {self.filters.shape} must be finite numbers of shape (n, h, w, {CHANNELS}), "
+                    f"n from 1 to {MOST_FILTERS}, h and w odd and {LARGEST_FILTER} at most"
+                )
+
     @property
     def depth(self) -> int:
         """Return how many comparisons lead to a leaf."""
         return self.leaves.shape[1].bit_length() - 1
 
     @property
+    def window_cell(self) -> int:
+        """Return the side of the cells that the trees look at, which is also the step between windows [px]."""
+        return self.cell if self.filters is None else HALVING * self.cell
+
+    @property
+    def window_channels(self) -> int:
+        """Return how many channels the trees look at."""
+        return CHANNELS if self.filters is None else CHANNELS * len(self.filters)
+
+    @property
     def window_values(self) -> int:
         """Return how many channel values a window has."""
-        return self.window_height * self.window_width // CELL**2 * CHANNELS
+        return self.window_height * self.window_width // self.window_cell**2 * self.window_channels
 
     @property
     def smallest_box_area(self) -> int:
@@ -88,7 +137,8 @@ class AcfModel:
 
     def save(self, path: Path) -> None:
         """Write the model as a compressed npz file without pickled objects, at once."""
-        arrays: dict[str, Any] = {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays: dict[str, Any] = {name: np.asarray(value) for name, value in values.items() if value is not None}
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
         write_at_once(path, buffer.getvalue())
@@ -111,6 +161,9 @@ class AcfModel:
     def _from_arrays(cls, values: dict[str, NDArray[np.generic]]) -> AcfModel:
         """Build a model from the arrays of its file."""
         colour, magnitude, orientation = (float(value) for value in values["lambdas"])
+        # Files of the first version have plain cells and no filters.
+        sizes = {name: int(values[name]) for name in ("cell", "padding_height", "padding_width") if name in values}
+        filters = np.ascontiguousarray(values["filters"], np.float32) if "filters" in values else None
         return cls(
             features=np.ascontiguousarray(values["features"], np.int32),
             thresholds=np.ascontiguousarray(values["thresholds"], np.float32),
@@ -122,6 +175,8 @@ class AcfModel:
             window_width=int(values["window_width"]),
             cascade_threshold=float(values["cascade_threshold"]),
             score_threshold=float(values["score_threshold"]),
+            filters=filters,
+            **sizes,
         )
 
     def with_score_threshold(self, score_threshold: float) -> AcfModel:

@@ -11,75 +11,83 @@ from han_bullet.detection.channels import CHANNELS, Float, Floats
 Ints = NDArray[np.int32]
 
 
-def feature_offsets(features: Ints, window_columns: int, level_columns: int) -> Ints:
+def feature_offsets(features: Ints, window_columns: int, level_columns: int, channels: int = CHANNELS) -> Ints:
     """Return where features lie relative to a window's first value in a flattened level.
 
     Args:
         features: Indices into a window laid out (row, column, channel).
         window_columns: Width of a window [cells].
         level_columns: Width of the padded level [cells].
+        channels: How many there are.
     """
-    row, rest = np.divmod(features, window_columns * CHANNELS)
-    return np.ascontiguousarray(row * level_columns * CHANNELS + rest, dtype=np.int32)
+    row, rest = np.divmod(features, window_columns * channels)
+    return np.ascontiguousarray(row * level_columns * channels + rest, dtype=np.int32)
 
 
 @numba.njit(cache=True)
 def scan(
     level: Floats,
-    window_rows: int,
+    window_rows: Ints,
     window_columns: int,
     offsets: Ints,
     thresholds: Floats,
     leaves: Floats,
     give_up: float,
-) -> tuple[Ints, Ints, Floats]:
+) -> tuple[Ints, Ints, Floats, int]:
     """Return row, column [cells] and score of every window whose running sum stays above a limit.
 
     A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right).
 
     Args:
-        level: Channels, shape (rows, columns, 10).
-        window_rows: Height of a window [cells].
+        level: Channels, shape (rows, columns, channels).
+        window_rows: First rows of the windows to look at [cells].
         window_columns: Width of a window [cells].
-        offsets: Of the nodes' features, shape (trees, 2^depth - 1).
+        offsets: Of the nodes' features, shape (trees, 2^depth - 1); all must lie in the level from each of the rows.
         thresholds: A value below its threshold goes left, shape (trees, 2^depth - 1).
         leaves: From left to right, shape (trees, 2^depth).
         give_up: A window is dropped as soon as its sum is not above this.
+
+    Returns:
+        Rows, columns, scores, and how many trees were evaluated.
     """
-    rows = max(level.shape[0] - window_rows + 1, 0)
     columns = max(level.shape[1] - window_columns + 1, 0)
     values = level.reshape(-1)
-    found_rows, found_columns = np.empty(rows * columns, np.int32), np.empty(rows * columns, np.int32)
-    scores = np.empty(rows * columns, np.float32)
+    most = window_rows.size * columns
+    found_rows, found_columns = np.empty(most, np.int32), np.empty(most, np.int32)
+    scores = np.empty(most, np.float32)
     limit = np.float32(give_up)
-    count = 0
-    for row in range(rows):
-        line = values[row * level.shape[1] * CHANNELS :]
+    count, trees = 0, 0
+    for row in window_rows:
+        line = values[row * level.shape[1] * level.shape[2] :]
         places, sums = found_columns[count:], scores[count:]
         if offsets.shape[1] == 3:
-            found = _scan_row_by_pairs(line, columns, offsets, thresholds, leaves, limit, places, sums)
+            found, used = _scan_row_by_pairs(
+                line, columns, level.shape[2], offsets, thresholds, leaves, limit, places, sums
+            )
         else:
-            found = _scan_row(line, columns, offsets, thresholds, leaves, limit, places, sums)
+            found, used = _scan_row(line, columns, level.shape[2], offsets, thresholds, leaves, limit, places, sums)
         found_rows[count : count + found] = row
         count += found
-    return found_rows[:count], found_columns[:count], scores[:count]
+        trees += used
+    return found_rows[:count], found_columns[:count], scores[:count], trees
 
 
 @numba.njit(cache=True)
 def _scan_row(
     line: Floats,
     columns: int,
+    channels: int,
     offsets: Ints,
     thresholds: Floats,
     leaves: Floats,
     limit: Float,
     places: Ints,
     sums: Floats,
-) -> int:
-    """Write columns and scores of the windows of a row that pass, and return how many they are; trees of any depth."""
-    count, nodes = 0, offsets.shape[1]
+) -> tuple[int, int]:
+    """Write columns and scores of the windows of a row that pass; return how many, and how many trees that took."""
+    count, trees, nodes = 0, 0, offsets.shape[1]
     for column in range(columns):
-        start = column * CHANNELS
+        start = column * channels
         score = np.float32(0.0)
         alive = True
         for tree in range(offsets.shape[0]):
@@ -88,29 +96,32 @@ def _scan_row(
                 node = 2 * node + (1 if line[start + offsets[tree, node]] < thresholds[tree, node] else 2)
             score += leaves[tree, node - nodes]
             if score <= limit:
+                trees += tree + 1
                 alive = False
                 break
         if alive:
+            trees += offsets.shape[0]
             places[count], sums[count] = column, score
             count += 1
-    return count
+    return count, trees
 
 
 @numba.njit(cache=True)
 def _scan_row_by_pairs(
     line: Floats,
     columns: int,
+    channels: int,
     offsets: Ints,
     thresholds: Floats,
     leaves: Floats,
     limit: Float,
     places: Ints,
     sums: Floats,
-) -> int:
+) -> tuple[int, int]:
     """Do as `_scan_row` does for trees of depth 2, two comparisons each: twice as fast."""
-    count = 0
+    count, trees = 0, 0
     for column in range(columns):
-        start = column * CHANNELS
+        start = column * channels
         score = np.float32(0.0)
         alive = True
         for tree in range(offsets.shape[0]):
@@ -118,9 +129,11 @@ def _scan_row_by_pairs(
             leaf = 0 if line[start + offsets[tree, 1 + side]] < thresholds[tree, 1 + side] else 1
             score += leaves[tree, 2 * side + leaf]
             if score <= limit:
+                trees += tree + 1
                 alive = False
                 break
         if alive:
+            trees += offsets.shape[0]
             places[count], sums[count] = column, score
             count += 1
-    return count
+    return count, trees

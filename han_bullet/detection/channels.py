@@ -1,7 +1,7 @@
 """The ten aggregated channels of an image: colour (L, U, V), gradient magnitude, six orientations [Dollar2014].
 
-Everything is float32; cells are 4 x 4 px. Channel arrays are laid out (row, column, channel), so that resampling and
-smoothing run over contiguous memory.
+Everything is float32; cells are 4 x 4 px unless a model asks for others. Channel arrays are laid out (row, column,
+channel), so that resampling and smoothing run over contiguous memory.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ _ONE = np.float32(1.0)
 _TWO = np.float32(2.0)
 _SIXTEENTH = np.float32(1.0 / 16.0)
 _PER_LEVEL = np.float32(1.0 / 255.0)
-_PER_CELL = np.float32(1.0 / (CELL * CELL))
 _SMALLEST_SQUARE = np.float32(1e-20)  # squared magnitude floor: no division by zero
 _STEPS = np.float32(COSINE_STEPS)
 _LIGHTNESS_STEPS = np.float32(LIGHTNESS_STEPS)
@@ -101,21 +100,22 @@ def _chromaticity(red: Float, green: Float, blue: Float) -> tuple[np.int32, Floa
     return np.int32(y * _LIGHTNESS_STEPS), u, v
 
 
-def compute_channels(planes: Floats) -> Floats:
-    """Return the channels, (h/4, w/4, 10), before the final smoothing, of L, U and V planes, (3, h, w).
+def compute_channels(planes: Floats, cell: int = CELL) -> Floats:
+    """Return the channels, (h/cell, w/cell, 10), before the final smoothing, of L, U and V planes, (3, h, w).
 
     The planes are smoothed first (radius 1 px); gradients are taken on the smoothed planes and divided by their
-    neighbourhood, a triangle-weighted mean of radius 5 px. Height and width must be multiples of 4 px.
+    neighbourhood, a triangle-weighted mean of radius 5 px. Height and width must be multiples of the cell's side [px].
     """
-    channels: Floats = _compute_channels(planes, orientation_table())
+    channels: Floats = _compute_channels(planes, orientation_table(), cell)
     return channels
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _compute_channels(planes: Floats, orientations: Floats) -> Floats:
+def _compute_channels(planes: Floats, orientations: Floats, cell: int) -> Floats:
     """Stream the rows through smoothing, gradient, normalisation and summing, so that all stays in the cache."""
     height, width = planes.shape[1:]
-    channels = np.zeros((height // CELL, width // CELL, CHANNELS), np.float32)
+    channels = np.zeros((height // cell, width // cell, CHANNELS), np.float32)
+    per_cell = np.float32(1.0 / (cell * cell))
     smoothed = np.empty((_ROWS_KEPT, 3, width), np.float32)
     magnitude, orientation = np.empty((_ROWS_KEPT, width), np.float32), np.empty((_ROWS_KEPT, width), np.float32)
     line = np.empty(width + 2 * NORMALISATION_RADIUS, np.float32)
@@ -129,9 +129,12 @@ def _compute_channels(planes: Floats, orientations: Floats) -> Floats:
             _gradient_row(smoothed, row, height, orientations, magnitude, orientation)
         row = step - 1 - NORMALISATION_RADIUS
         if row >= 0:
-            _normalise_row(magnitude, row, height, line, weight)
+            _normalise_row(magnitude, row, height, per_cell, line, weight)
             kept = row % _ROWS_KEPT
-            _sum_into_cells(channels[row // CELL], smoothed[kept], weight, orientation[kept])
+            if cell == CELL:  # the constant lets the compiler unroll the usual case
+                _sum_into_cells(channels[row // cell], smoothed[kept], weight, orientation[kept], CELL)
+            else:
+                _sum_into_cells(channels[row // cell], smoothed[kept], weight, orientation[kept], cell)
     return channels
 
 
@@ -189,7 +192,7 @@ def _strongest(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normalise_row(magnitude: Floats, row: int, height: int, line: Floats, out: Floats) -> None:
+def _normalise_row(magnitude: Floats, row: int, height: int, per_cell: Float, line: Floats, out: Floats) -> None:
     """Divide one row of magnitudes by their neighbourhood and spread it over a cell; the border is mirrored."""
     radius, width = NORMALISATION_RADIUS, out.size
     line[:] = _ZERO
@@ -206,7 +209,7 @@ def _normalise_row(magnitude: Floats, row: int, height: int, line: Floats, out: 
         neighbourhood = _ZERO
         for tap in range(2 * radius + 1):
             neighbourhood += np.float32(radius + 1 - abs(tap - radius)) * line[x + tap]
-        out[x] = here[x] / (neighbourhood + NORMALISATION_OFFSET) * _PER_CELL
+        out[x] = here[x] / (neighbourhood + NORMALISATION_OFFSET) * per_cell
 
 
 @numba.njit(cache=True)
@@ -219,15 +222,16 @@ def mirror(index: int, length: int) -> int:
     return min(max(index, 0), length - 1)
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _sum_into_cells(cells: Floats, colours: Floats, weight: Floats, orientation: Floats) -> None:
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _sum_into_cells(cells: Floats, colours: Floats, weight: Floats, orientation: Floats, side: int) -> None:
     """Add one row of pixels to its row of cells: colour, magnitude, and the two direction bins nearest to each."""
+    per_cell = np.float32(1.0 / (side * side))
     for column in range(cells.shape[0]):
         cell = cells[column]
-        for x in range(column * CELL, (column + 1) * CELL):
-            cell[0] += colours[0, x] * _PER_CELL
-            cell[1] += colours[1, x] * _PER_CELL
-            cell[2] += colours[2, x] * _PER_CELL
+        for x in range(column * side, (column + 1) * side):
+            cell[0] += colours[0, x] * per_cell
+            cell[1] += colours[1, x] * per_cell
+            cell[2] += colours[2, x] * per_cell
             cell[3] += weight[x]
             first = np.int32(orientation[x])
             second = first + 1 if first + 1 < ORIENTATIONS else 0

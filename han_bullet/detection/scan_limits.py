@@ -1,0 +1,88 @@
+"""Where people of which height may stand in an image, so that a detector looks for no others.
+
+A calibrated camera over a flat floor knows how many pixels high a person is whose feet are in a given row of its image.
+Windows of other heights hold nobody, and most levels of the pyramid need not be made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array, Intrinsics, floor_homography, project
+
+SHORTEST, TALLEST = 1.4, 2.1  # [m] of people with their shoes and hats
+BOX_TOLERANCE = 0.15  # share of its height by which a good box may be off: half a scale, and where its lower edge lies
+BELOW_IMAGE = 0.25  # share of the image's height below it where feet may still be: boxes reach beyond the border
+COLUMNS_TRIED = 9  # across the image: under a tilted camera, heights also vary along a row
+
+
+@dataclass(frozen=True)
+class ScanLimits:
+    """How high a person may be in an image, by the row where the feet are.
+
+    Attributes:
+        least, greatest: Heights [px] of people whose feet are in row 0, 1, .. of the image, shape (rows,). Where nobody
+            can stand the least is above the greatest. Feet above the first or below the last row count as in these.
+    """
+
+    least: Array
+    greatest: Array
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        if self.least.ndim != 1 or self.least.shape != self.greatest.shape or not self.least.size:
+            raise BadInputError(
+                f"scan limits of shapes {self.least.shape} and {self.greatest.shape}; twice the same (rows,) is right"
+            )
+        if np.isnan(self.least).any() or np.isnan(self.greatest).any():
+            raise BadInputError("scan limits hold values that are no numbers; heights [px] would be right")
+
+    def allow(self, feet: Array, heights: Array) -> NDArray[np.bool_]:
+        """Tell which boxes may hold a person.
+
+        Args:
+            feet: Lower edges, y + height, shape (n,) [px].
+            heights: Shape (n,) [px].
+        """
+        rows = np.clip(np.floor(feet), 0, self.least.size - 1).astype(int)
+        allowed: NDArray[np.bool_] = (self.least[rows] <= heights) & (heights <= self.greatest[rows])
+        return allowed
+
+
+def limits_on_floor(
+    intrinsics: Intrinsics, camera_in_world: Array, shortest: float = SHORTEST, tallest: float = TALLEST
+) -> ScanLimits:
+    """Return the limits for people who stand upright on the floor, z = 0, under a camera.
+
+    Args:
+        intrinsics: The camera.
+        camera_in_world: Its pose, shape (4, 4).
+        shortest: Height of the shortest person to be found [m].
+        tallest: Height of the tallest [m].
+
+    Raises:
+        BadInputError: The heights are not positive and in this order.
+    """
+    if not 0.0 < shortest <= tallest < np.inf:
+        raise BadInputError(f"people of {shortest} to {tallest} m; two positive heights, the shorter first, are right")
+    rows = np.arange(round((1.0 + BELOW_IMAGE) * intrinsics.height)) + 0.5
+    columns = np.linspace(0.0, intrinsics.width, COLUMNS_TRIED)
+    u, v = np.meshgrid(columns, rows)
+    floor = np.stack([u, v, np.ones_like(u)], axis=-1) @ floor_homography(intrinsics, camera_in_world).T
+    stands = floor[..., 2] > 0.0  # below the horizon
+    feet = floor[..., :2] / np.where(stands, floor[..., 2], 1.0)[..., np.newaxis]
+    heights = [_height_in_image(feet, v, size, intrinsics, camera_in_world) for size in (shortest, tallest)]
+    least = np.where(stands, heights[0], np.inf).min(axis=1)
+    greatest = np.where(stands, heights[1], -np.inf).max(axis=1)
+    return ScanLimits((1.0 - BOX_TOLERANCE) * least, (1.0 + BOX_TOLERANCE) * greatest)
+
+
+def _height_in_image(feet: Array, rows: Array, size: float, intrinsics: Intrinsics, camera_in_world: Array) -> Array:
+    """Return how far above their feet people of a size [m] reach [px]; inf where their heads are not in front."""
+    heads = np.concatenate([feet, np.full((*feet.shape[:2], 1), size)], axis=-1)
+    pixels, depths = project(heads, intrinsics, camera_in_world)
+    return np.where(depths > 0.0, rows - pixels[..., 1], np.inf)
