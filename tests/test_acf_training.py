@@ -109,7 +109,8 @@ def test_a_window_cut_at_a_detection_has_the_features_that_the_detector_saw(litt
     thresholds = np.full((200, 3), 0.05, np.float32)
     leaves = np.tile(np.array([0.0, 0.0, 1.0, 1.0], np.float32), (200, 1))
     model = AcfModel(features, thresholds, leaves, (0.0, 0.1, 0.1))
-    boxes, scores = AcfDetector(model).scan(image)
+    found = AcfDetector(model).scan(image)
+    boxes, scores = found.boxes, found.scores
     inside = (boxes[:, 3] == 100.0) & (boxes[:, 0] > 60) & (boxes[:, 0] < 130) & (boxes[:, 1] > 60) & (boxes[:, 1] < 80)
     assert inside.sum() >= 20
     for box, score in zip(boxes[inside], scores[inside], strict=True):

@@ -10,6 +10,11 @@ from han_bullet.detection.channels import CHANNELS
 ROWS, COLUMNS = 4, 3  # a small window [cells]
 
 
+def first_rows(level_rows: int) -> np.ndarray:
+    """Where windows may start in a level of so many rows."""
+    return np.arange(max(level_rows - ROWS + 1, 0), dtype=np.int32)
+
+
 def random_trees(rng: np.random.Generator, trees: int, depth: int = 2) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     nodes = 2**depth - 1
     features = rng.integers(0, ROWS * COLUMNS * CHANNELS, (trees, nodes)).astype(np.int32)
@@ -27,8 +32,8 @@ def plain_score(window: np.ndarray, features: np.ndarray, thresholds: np.ndarray
             node = 2 * node + 1 if goes_left else 2 * node + 2
         score += leaves[tree, node - nodes]
         if score <= np.float32(give_up):
-            return None
-    return score
+            return None, tree + 1
+    return score, len(features)
 
 
 @settings(max_examples=60, deadline=None)
@@ -39,19 +44,18 @@ def test_the_scan_equals_the_trees_applied_to_each_window(
     rng = np.random.default_rng(seed)
     level = rng.random((rows, columns, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 12, depth)
-    found = scan(level, ROWS, COLUMNS, feature_offsets(features, COLUMNS, columns), thresholds, leaves, give_up)
-    expected = [
-        (row, column, score)
-        for row in range(rows - ROWS + 1)
-        for column in range(columns - COLUMNS + 1)
-        if (
-            score := plain_score(
-                level[row : row + ROWS, column : column + COLUMNS], features, thresholds, leaves, give_up
-            )
-        )
-        is not None
-    ]
+    offsets = feature_offsets(features, COLUMNS, columns)
+    *found, trees = scan(level, first_rows(rows), COLUMNS, offsets, thresholds, leaves, give_up)
+    expected, expected_trees = [], 0
+    for row in range(rows - ROWS + 1):
+        for column in range(columns - COLUMNS + 1):
+            window = level[row : row + ROWS, column : column + COLUMNS]
+            score, used = plain_score(window, features, thresholds, leaves, give_up)
+            expected_trees += used
+            if score is not None:
+                expected.append((row, column, score))
     assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+    assert trees == expected_trees
 
 
 def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
@@ -60,10 +64,10 @@ def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
     features, thresholds, leaves = random_trees(rng, 20)
     deeper = np.concatenate([features, np.zeros((20, 4), np.int32)], axis=1)
     deeper_thresholds = np.concatenate([thresholds, rng.random((20, 4), np.float32)], axis=1)
-    shallow = scan(level, ROWS, COLUMNS, feature_offsets(features, COLUMNS, 30), thresholds, leaves, -1.0)
+    shallow = scan(level, first_rows(30), COLUMNS, feature_offsets(features, COLUMNS, 30), thresholds, leaves, -1.0)
     deep = scan(
         level,
-        ROWS,
+        first_rows(30),
         COLUMNS,
         feature_offsets(deeper, COLUMNS, 30),
         deeper_thresholds,
@@ -74,13 +78,27 @@ def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
     assert all(np.array_equal(one, other) for one, other in zip(shallow, deep, strict=True))
 
 
+def test_rows_left_out_are_not_looked_at() -> None:
+    rng = np.random.default_rng(7)
+    level = rng.random((30, 20, CHANNELS), np.float32)
+    features, thresholds, leaves = random_trees(rng, 30)
+    offsets = feature_offsets(features, COLUMNS, 20)
+    everything = scan(level, first_rows(30), COLUMNS, offsets, thresholds, leaves, -0.5)
+    chosen = np.array([2, 3, 11, 26], np.int32)
+    some = scan(level, chosen, COLUMNS, offsets, thresholds, leaves, -0.5)
+    in_chosen = np.isin(everything[0], chosen)
+    assert 0 < in_chosen.sum() < in_chosen.size
+    assert all(np.array_equal(part, whole[in_chosen]) for part, whole in zip(some[:3], everything[:3], strict=True))
+    assert some[3] < everything[3]
+
+
 def test_a_lower_limit_never_loses_a_window() -> None:
     rng = np.random.default_rng(5)
     level = rng.random((20, 20, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 30)
     offsets = feature_offsets(features, COLUMNS, 20)
-    strict = scan(level, ROWS, COLUMNS, offsets, thresholds, leaves, -0.5)
-    loose = scan(level, ROWS, COLUMNS, offsets, thresholds, leaves, -5.0)
+    strict = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -0.5)
+    loose = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -5.0)
     places = [set(zip(found[0].tolist(), found[1].tolist(), strict=True)) for found in (strict, loose)]
     assert 0 < len(places[0]) < len(places[1])
     assert places[0] <= places[1]

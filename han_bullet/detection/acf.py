@@ -92,14 +92,7 @@ class AcfDetector:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model
-        levels = build_pyramid(
-            image,
-            model.lambdas,
-            (model.person_height, model.person_width),
-            model.cell,
-            (model.padding_height // model.cell, model.padding_width // model.cell),
-            lambda size: bool(self._window_rows(size, limits).size),
-        )
+        levels = build_pyramid(image, model.pyramid_settings, lambda size: bool(self._window_rows(size, limits).size))
         found = [self._scan_level(level, limits) for level in levels]
         return Scan(
             np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),

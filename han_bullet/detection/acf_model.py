@@ -16,7 +16,7 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
 from han_bullet.detection.filters import HALVING
-from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS
+from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, PyramidSettings
 from han_bullet.errors import BadInputError
 
 LARGEST_DEPTH = 8  # of a tree; boosted trees are shallow
@@ -45,6 +45,7 @@ class AcfModel:
         cell: Side of the cells in which channels are computed [px].
         padding_height, padding_width: How far windows may reach beyond the image [px].
         filters: Each applied to each channel, shape (filters, rows, columns, 10); None for plain channels.
+        rough: Whether it was trained on channels with reciprocals as rough as the original's.
     """
 
     features: Ints
@@ -61,6 +62,7 @@ class AcfModel:
     padding_height: int = PADDING_ROWS * CELL
     padding_width: int = PADDING_COLUMNS * CELL
     filters: Floats | None = None
+    rough: bool = False
 
     def __post_init__(self) -> None:
         """Check shapes and ranges, so that no kernel ever reads outside a window."""
@@ -126,6 +128,17 @@ class AcfModel:
         return CHANNELS if self.filters is None else CHANNELS * len(self.filters)
 
     @property
+    def pyramid_settings(self) -> PyramidSettings:
+        """Return what it asks of the pyramid."""
+        return PyramidSettings(
+            self.lambdas,
+            (self.person_height, self.person_width),
+            self.cell,
+            (self.padding_height // self.cell, self.padding_width // self.cell),
+            self.rough,
+        )
+
+    @property
     def window_values(self) -> int:
         """Return how many channel values a window has."""
         return self.window_height * self.window_width // self.window_cell**2 * self.window_channels
@@ -176,6 +189,7 @@ class AcfModel:
             cascade_threshold=float(values["cascade_threshold"]),
             score_threshold=float(values["score_threshold"]),
             filters=filters,
+            rough=bool(values.get("rough", False)),
             **sizes,
         )
 

@@ -13,6 +13,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.detection.rough_reciprocals import Bits, invert, invert_root, reciprocal_table, root_table
+
 Float = np.float32
 Floats = NDArray[np.float32]
 
@@ -25,8 +27,6 @@ NORMALISATION_RADIUS = 5  # [px] neighbourhood that a gradient is compared with
 NORMALISATION_OFFSET = np.float32(0.005)  # keeps flat regions from becoming noise
 COSINE_STEPS = 10_000  # per unit; the original's resolution, kept so that scores agree with it
 COSINE_MARGIN = 10  # entries beyond +-1 that rounding may reach
-LIGHTNESS_STEPS = 1024
-LUV_RANGE = 270.0  # the span of V; maps every colour channel into [0, 1]
 
 _ROWS_KEPT = 16  # more than the 11 rows of magnitudes that the normalisation looks at
 
@@ -35,19 +35,8 @@ _HALF = np.float32(0.5)
 _ONE = np.float32(1.0)
 _TWO = np.float32(2.0)
 _SIXTEENTH = np.float32(1.0 / 16.0)
-_PER_LEVEL = np.float32(1.0 / 255.0)
 _SMALLEST_SQUARE = np.float32(1e-20)  # squared magnitude floor: no division by zero
 _STEPS = np.float32(COSINE_STEPS)
-_LIGHTNESS_STEPS = np.float32(LIGHTNESS_STEPS)
-
-
-@functools.cache
-def lightness_table() -> Floats:
-    """Return L / 270 of the luminances 0, 1/1024, .. 1 (CIE 1976), with one entry to spare for rounding."""
-    luminance = np.minimum(np.arange(LIGHTNESS_STEPS + 2) / LIGHTNESS_STEPS, 1.0)
-    dark = luminance * (29.0 / 3.0) ** 3
-    table = np.where(luminance > (6.0 / 29.0) ** 3, 116.0 * np.cbrt(luminance) - 16.0, dark)
-    return (table / LUV_RANGE).astype(np.float32)
 
 
 @functools.cache
@@ -59,59 +48,25 @@ def orientation_table() -> Floats:
     return table
 
 
-def luv(image: NDArray[np.uint8]) -> Floats:
-    """Return the L, U and V planes, shape (3, h, w), each within [0, 1], of an RGB image, shape (h, w, 3)."""
-    planes: Floats = _luv(np.ascontiguousarray(image), lightness_table())
-    return planes
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _luv(image: NDArray[np.uint8], lightness: Floats) -> Floats:
-    """Convert by the primaries of the original, without gamma; short loops over a row that compilers vectorise."""
-    height, width = image.shape[:2]
-    planes = np.empty((3, height, width), np.float32)
-    rgb = np.empty((3, width), np.float32)
-    luminance = np.empty(width, np.int32)
-    for row in range(height):
-        for column in range(width):
-            for colour in range(3):
-                rgb[colour, column] = np.float32(image[row, column, colour])
-        light, u, v = planes[0, row], planes[1, row], planes[2, row]
-        for column in range(width):
-            luminance[column], u[column], v[column] = _chromaticity(rgb[0, column], rgb[1, column], rgb[2, column])
-        for column in range(width):
-            light[column] = lightness[luminance[column]]
-        for column in range(width):
-            u[column] = light[column] * u[column] + np.float32(88.0 / LUV_RANGE)
-            v[column] = light[column] * v[column] + np.float32(134.0 / LUV_RANGE)
-    return planes
-
-
-@numba.njit(cache=True, error_model="numpy", inline="always")
-def _chromaticity(red: Float, green: Float, blue: Float) -> tuple[np.int32, Float, Float]:
-    """Return the luminance's place in its table and 13 (u' - u'_white), 13 (v' - v'_white) of a colour in 0..255."""
-    red, green, blue = red * _PER_LEVEL, green * _PER_LEVEL, blue * _PER_LEVEL
-    x = np.float32(0.430574) * red + np.float32(0.341550) * green + np.float32(0.178325) * blue
-    y = np.float32(0.222015) * red + np.float32(0.706655) * green + np.float32(0.071330) * blue
-    z = np.float32(0.020183) * red + np.float32(0.129553) * green + np.float32(0.939180) * blue
-    share = _ONE / (x + np.float32(15.0) * y + np.float32(3.0) * z + np.float32(1e-35))
-    u = np.float32(52.0) * x * share - np.float32(13.0 * 0.197833)
-    v = np.float32(117.0) * y * share - np.float32(13.0 * 0.468331)
-    return np.int32(y * _LIGHTNESS_STEPS), u, v
-
-
-def compute_channels(planes: Floats, cell: int = CELL) -> Floats:
+def compute_channels(planes: Floats, cell: int = CELL, rough: bool = False) -> Floats:
     """Return the channels, (h/cell, w/cell, 10), before the final smoothing, of L, U and V planes, (3, h, w).
 
     The planes are smoothed first (radius 1 px); gradients are taken on the smoothed planes and divided by their
-    neighbourhood, a triangle-weighted mean of radius 5 px. Height and width must be multiples of the cell's side [px].
+    neighbourhood, a triangle-weighted mean of radius 5 px.
+
+    Args:
+        planes: Height and width must be multiples of the cell's side.
+        cell: Side of a cell [px].
+        rough: Whether to compute with reciprocals as rough as the original's.
     """
-    channels: Floats = _compute_channels(planes, orientation_table(), cell)
+    channels: Floats = _compute_channels(planes, orientation_table(), cell, rough, reciprocal_table(), root_table())
     return channels
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _compute_channels(planes: Floats, orientations: Floats, cell: int) -> Floats:
+def _compute_channels(
+    planes: Floats, orientations: Floats, cell: int, rough: bool, reciprocals: Bits, roots: Bits
+) -> Floats:
     """Stream the rows through smoothing, gradient, normalisation and summing, so that all stays in the cache."""
     height, width = planes.shape[1:]
     channels = np.zeros((height // cell, width // cell, CHANNELS), np.float32)
@@ -126,11 +81,26 @@ def _compute_channels(planes: Floats, orientations: Floats, cell: int) -> Floats
                 _smooth_row(planes[plane], step, line, smoothed[step % _ROWS_KEPT, plane])
         row = step - 1
         if 0 <= row < height:
-            _gradient_row(smoothed, row, height, orientations, magnitude, orientation)
+            kept = row % _ROWS_KEPT
+            _gradient_row(smoothed, row, height, magnitude[kept], orientation[kept])
+            if rough:
+                _rough_polar_row(magnitude[kept], orientation[kept], reciprocals, roots)
+            else:
+                _polar_row(magnitude[kept], orientation[kept])
+            for x in range(width):
+                orientation[kept, x] = orientations[np.int32(orientation[kept, x]) + COSINE_STEPS + COSINE_MARGIN]
         row = step - 1 - NORMALISATION_RADIUS
         if row >= 0:
-            _normalise_row(magnitude, row, height, per_cell, line, weight)
             kept = row % _ROWS_KEPT
+            _neighbourhood_row(magnitude, row, height, line, weight)
+            if rough:
+                invert(weight, reciprocals)
+                for x in range(width):
+                    weight[x] *= magnitude[kept, x]
+                    weight[x] *= per_cell
+            else:
+                for x in range(width):
+                    weight[x] = magnitude[kept, x] / weight[x] * per_cell
             if cell == CELL:  # the constant lets the compiler unroll the usual case
                 _sum_into_cells(channels[row // cell], smoothed[kept], weight, orientation[kept], CELL)
             else:
@@ -151,29 +121,23 @@ def _smooth_row(plane: Floats, row: int, line: Floats, out: Floats) -> None:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _gradient_row(
-    smoothed: Floats, row: int, height: int, orientations: Floats, magnitude: Floats, orientation: Floats
-) -> None:
-    """Write one row of the magnitude and direction [bins, 0..6) of the plane with the strongest gradient."""
+def _gradient_row(smoothed: Floats, row: int, height: int, squares: Floats, towards: Floats) -> None:
+    """Write one row of the strongest plane's squared gradient and the gradient's horizontal part."""
     above, below = max(row - 1, 0), min(row + 1, height - 1)
     down = _HALF if below - above == 2 else _ONE
     upper, here, lower = smoothed[above % _ROWS_KEPT], smoothed[row % _ROWS_KEPT], smoothed[below % _ROWS_KEPT]
-    magnitudes, directions = magnitude[row % _ROWS_KEPT], orientation[row % _ROWS_KEPT]
-    width = magnitudes.size
-    for x in range(1, width - 1):
-        magnitudes[x], directions[x] = _strongest(upper, here, lower, x, x - 1, x + 1, down, _HALF)
-    magnitudes[0], directions[0] = _strongest(upper, here, lower, 0, 0, 1, down, _ONE)
-    last = width - 1
-    magnitudes[last], directions[last] = _strongest(upper, here, lower, last, last - 1, last, down, _ONE)
-    for x in range(width):
-        directions[x] = orientations[np.int32(directions[x]) + COSINE_STEPS + COSINE_MARGIN]
+    last = squares.size - 1
+    for x in range(1, last):
+        squares[x], towards[x] = _strongest(upper, here, lower, x, x - 1, x + 1, down, _HALF)
+    squares[0], towards[0] = _strongest(upper, here, lower, 0, 0, 1, down, _ONE)
+    squares[last], towards[last] = _strongest(upper, here, lower, last, last - 1, last, down, _ONE)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
 def _strongest(
     upper: Floats, here: Floats, lower: Floats, x: int, left: int, right: int, down: Float, across: Float
 ) -> tuple[Float, Float]:
-    """Return magnitude and cosine [1/10000] of the strongest plane's gradient at one pixel (the first on ties)."""
+    """Return square and horizontal part of the strongest plane's gradient at one pixel (the first on ties)."""
     best_x = (here[0, right] - here[0, left]) * across
     best_y = (lower[0, x] - upper[0, x]) * down
     best = best_x * best_x + best_y * best_y
@@ -185,15 +149,30 @@ def _strongest(
         best = square if stronger else best
         best_x = gradient_x if stronger else best_x
         best_y = gradient_y if stronger else best_y
-    magnitude = np.sqrt(max(best, _SMALLEST_SQUARE))
     # Directions are taken modulo half a turn: a gradient that points up counts as its opposite.
-    towards = -best_x if best_y < _ZERO else best_x
-    return magnitude, towards / magnitude * _STEPS
+    return max(best, _SMALLEST_SQUARE), -best_x if best_y < _ZERO else best_x
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normalise_row(magnitude: Floats, row: int, height: int, per_cell: Float, line: Floats, out: Floats) -> None:
-    """Divide one row of magnitudes by their neighbourhood and spread it over a cell; the border is mirrored."""
+def _polar_row(squares: Floats, towards: Floats) -> None:
+    """Turn squares into magnitudes, and horizontal parts into cosines [1/10000]."""
+    for x in range(squares.size):
+        squares[x] = np.sqrt(squares[x])
+        towards[x] = towards[x] / squares[x] * _STEPS
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rough_polar_row(squares: Floats, towards: Floats, reciprocals: Bits, roots: Bits) -> None:
+    """Do as `_polar_row` does with rough reciprocals."""
+    invert_root(squares, roots)
+    for x in range(squares.size):
+        towards[x] = towards[x] * squares[x] * _STEPS
+    invert(squares, reciprocals)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _neighbourhood_row(magnitude: Floats, row: int, height: int, line: Floats, out: Floats) -> None:
+    """Write what one row of magnitudes is divided by; the border is mirrored."""
     radius, width = NORMALISATION_RADIUS, out.size
     line[:] = _ZERO
     for shift in range(-radius, radius + 1):
@@ -204,12 +183,11 @@ def _normalise_row(magnitude: Floats, row: int, height: int, per_cell: Float, li
     for x in range(radius):
         line[radius - 1 - x] = line[radius + mirror(x, width)]
         line[radius + width + x] = line[radius + mirror(width + x, width)]
-    here = magnitude[row % _ROWS_KEPT]
     for x in range(width):
         neighbourhood = _ZERO
         for tap in range(2 * radius + 1):
             neighbourhood += np.float32(radius + 1 - abs(tap - radius)) * line[x + tap]
-        out[x] = here[x] / (neighbourhood + NORMALISATION_OFFSET) * per_cell
+        out[x] = neighbourhood + NORMALISATION_OFFSET
 
 
 @numba.njit(cache=True)

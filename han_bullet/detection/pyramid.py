@@ -6,14 +6,15 @@ kind of channel.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.channels import CELL, CHANNELS, KIND_OF_CHANNEL, Floats, compute_channels, luv
+from han_bullet.detection.channels import CELL, CHANNELS, KIND_OF_CHANNEL, Floats, compute_channels
+from han_bullet.detection.colour import luv
 from han_bullet.detection.resampling import resample, resample_planes
 from han_bullet.detection.scales import LevelSize, level_sizes, octaves
 
@@ -21,6 +22,25 @@ PADDING_ROWS, PADDING_COLUMNS = 4, 3  # [cells] around each level, so that peopl
 
 _QUARTER = np.float32(0.25)
 _TWO = np.float32(2.0)
+
+
+@dataclass(frozen=True)
+class PyramidSettings:
+    """What a classifier asks of the pyramid it is applied to.
+
+    Attributes:
+        lambdas: Exponents of the colour, magnitude and orientation channels.
+        smallest: Height and width of the smallest object [px]; coarser levels are left out.
+        cell: Side of a cell [px].
+        padding: Rows above and below and columns beside each level [cells].
+        rough: Whether to compute with reciprocals as rough as the original's.
+    """
+
+    lambdas: tuple[float, float, float]
+    smallest: tuple[int, int]
+    cell: int = CELL
+    padding: tuple[int, int] = (PADDING_ROWS, PADDING_COLUMNS)
+    rough: bool = False
 
 
 @dataclass(frozen=True)
@@ -37,26 +57,19 @@ class Level:
 
 
 def build_pyramid(
-    image: NDArray[np.uint8],
-    lambdas: Sequence[float],
-    smallest: tuple[int, int],
-    cell: int = CELL,
-    padding: tuple[int, int] = (PADDING_ROWS, PADDING_COLUMNS),
-    wanted: Callable[[LevelSize], bool] = lambda size: True,
+    image: NDArray[np.uint8], settings: PyramidSettings, wanted: Callable[[LevelSize], bool] = lambda size: True
 ) -> list[Level]:
     """Return the levels of an RGB image, (h, w, 3), from fine to coarse.
 
     Args:
         image: RGB.
-        lambdas: Exponents of the colour, magnitude and orientation channels.
-        smallest: Height and width of the smallest object [px]; coarser levels are left out.
-        cell: Side of a cell [px].
-        padding: Rows above and below and columns beside each level [cells].
+        settings: What the levels are to be like.
         wanted: Tells which levels to make; what only the others need is left out as well.
     """
-    sizes = level_sizes(image.shape[0], image.shape[1], smallest, cell)
-    exponents = np.asarray(lambdas)[KIND_OF_CHANNEL]
-    planes, levels = luv(image), []
+    cell, rough = settings.cell, settings.rough
+    sizes = level_sizes(image.shape[0], image.shape[1], settings.smallest, cell)
+    exponents = np.asarray(settings.lambdas)[KIND_OF_CHANNEL]
+    planes, levels = luv(image, rough), []
     for number, members in octaves(len(sizes)):
         real, made = sizes[number], [sizes[member] for member in members if wanted(sizes[member])]
         if not made and real.scale != 0.5:
@@ -65,10 +78,10 @@ def build_pyramid(
         if real.scale == 0.5:  # the coarser octaves start from the half image
             planes = at_scale
         if made:
-            source = compute_channels(at_scale, cell)
+            source = compute_channels(at_scale, cell, rough)
             for size in made:
                 gains = ((size.scale / real.scale) ** -exponents).astype(np.float32)
-                levels.append(Level(_approximate(source, size, gains, padding), size))
+                levels.append(Level(_approximate(source, size, gains, settings.padding), size))
     return levels
 
 

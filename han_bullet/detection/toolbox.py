@@ -100,6 +100,7 @@ def _convert(classifier: Value, options: Value, calibration: float | None) -> Ac
         padding_height=padding[0],
         padding_width=padding[1],
         filters=filters,
+        rough=True,
     )
 
 

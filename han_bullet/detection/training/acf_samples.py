@@ -10,7 +10,8 @@ import numpy as np
 
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.channels import CELL, CHANNELS, Floats, compute_channels, luv
+from han_bullet.detection.channels import CELL, CHANNELS, Floats, compute_channels
+from han_bullet.detection.colour import luv
 from han_bullet.detection.pictures import Image, cut, read_picture
 from han_bullet.detection.pyramid import smooth
 from han_bullet.detection.resampling import resample_planes
