@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 Value = dict[str, "Value"] | list["Value"] | NDArray[np.generic] | str | None
 """A structure; a cell array or an array of structures; numbers, with Matlab's indices; a text; anything else."""
 
-LARGEST_CONTENT = 64 * 2**20  # [bytes] of a file, and of what is packed in it
+LARGEST_CONTENT = 16 * 2**20  # [bytes] of a file, and of all that is packed in it
+MOST_ARRAYS = 10_000
+MOST_DIMENSIONS = 8
 DEEPEST = 16  # structures within structures
 
 _HEADER = 128
@@ -45,24 +47,31 @@ def read_mat(path: Path) -> dict[str, Value]:
         raise ValueError("it is a MAT-file of version 7.3 (HDF5); one saved with -v7 would be right")
     if content[124:128] != b"\x00\x01IM":
         raise ValueError("it is not a little-endian MAT-file of version 5")
-    variables = {}
-    for kind, data in _elements(memoryview(content)[_HEADER:]):
-        inner = _elements(_unpack(data)) if kind == _COMPRESSED else iter([(kind, data)])
-        for inner_kind, inner_data in inner:
-            name, value = _matrix(inner_kind, inner_data, DEEPEST)
-            variables[name] = value
-    return variables
+    reader = _Reader()
+    return dict(reader.matrix(kind, part, DEEPEST) for kind, part in _parts(memoryview(content)[_HEADER:]))
 
 
-def _unpack(data: memoryview) -> memoryview:
-    """Return decompressed bytes."""
+def _parts(data: memoryview) -> Iterator[tuple[int, memoryview]]:
+    """Yield the elements of a file, those that are packed unpacked."""
+    room = LARGEST_CONTENT
+    for kind, part in _elements(data):
+        if kind == _COMPRESSED:
+            unpacked = _unpack(part, room)
+            room -= len(unpacked)
+            yield from _elements(unpacked)
+        else:
+            yield kind, part
+
+
+def _unpack(data: memoryview, room: int) -> memoryview:
+    """Return decompressed bytes, so many at most."""
     inflater = zlib.decompressobj()
     try:
-        unpacked = inflater.decompress(data, LARGEST_CONTENT)
+        unpacked = inflater.decompress(data, room + 1)
     except zlib.error as error:
         raise ValueError(f"a compressed part is broken ({error})") from error
-    if not inflater.eof:
-        raise ValueError(f"a compressed part is cut short or holds more than {LARGEST_CONTENT} bytes")
+    if not inflater.eof or len(unpacked) > room:
+        raise ValueError(f"its compressed parts are cut short or hold more than {LARGEST_CONTENT} bytes")
     return memoryview(unpacked)
 
 
@@ -83,50 +92,59 @@ def _elements(data: memoryview) -> Iterator[tuple[int, memoryview]]:
         start = start + 8 if small else first + length + (0 if kind == _COMPRESSED else -length % 8)
 
 
-def _matrix(kind: int, data: memoryview, depth: int) -> tuple[str, Value]:
-    """Return name and value of a matrix element."""
-    if kind != _MATRIX:
-        raise ValueError(f"an element of type {kind} stands where a matrix should")
-    if not data:
-        return "", np.empty(0)
-    if depth == 0:
-        raise ValueError(f"its structures are more than {DEEPEST} deep")
-    parts = _elements(data)
-    flags = _numbers(*_next(parts))
-    kind_of_array = int(flags[0]) & 0xFF if flags.size else 0
-    if kind_of_array not in (_CELL, _STRUCTURE, _CHARACTERS, *_NUMERIC_CLASSES) or int(flags[0]) & _COMPLEX:
-        return "", None
-    shape = tuple(int(side) for side in _numbers(*_next(parts)))
-    if len(shape) < 2 or min(shape) < 0:
-        raise ValueError(f"an array has the shape {shape}")
-    count = 1
-    for side in shape:
-        count *= side  # of any size: no overflow
-    if count > len(data):
-        raise ValueError(f"an array of shape {shape} stands in {len(data)} bytes")
-    name = _text(*_next(parts))
-    if kind_of_array == _CELL:
-        return name, [_matrix(*_next(parts), depth - 1)[1] for _ in range(count)]
-    if kind_of_array == _STRUCTURE:
-        return name, _structure(parts, count, depth)
-    if kind_of_array == _CHARACTERS:
-        return name, _text(*_next(parts))
-    numbers = _numbers(*_next(parts)) if count else np.empty(0)
-    if numbers.size != count:
-        raise ValueError(f"an array of shape {shape} has {numbers.size} values")
-    return name, numbers.reshape(shape, order="F")
+class _Reader:
+    """Makes values of matrix elements, and counts them."""
 
+    def __init__(self) -> None:
+        self._arrays = 0
 
-def _structure(parts: Iterator[tuple[int, memoryview]], count: int, depth: int) -> Value:
-    """Return a structure, or a list of them where there is not just one."""
-    sizes = _numbers(*_next(parts))
-    length = int(sizes[0]) if sizes.size else 0
-    _, names = _next(parts)
-    if length <= 0:
-        raise ValueError(f"a structure has field names of {length} bytes")
-    fields = [_cut_text(names[start : start + length]) for start in range(0, len(names), length)]
-    structures: list[Value] = [{field: _matrix(*_next(parts), depth - 1)[1] for field in fields} for _ in range(count)]
-    return structures[0] if count == 1 else structures
+    def matrix(self, kind: int, data: memoryview, depth: int) -> tuple[str, Value]:
+        """Return name and value of a matrix element."""
+        if kind != _MATRIX:
+            raise ValueError(f"an element of type {kind} stands where a matrix should")
+        self._arrays += 1
+        if self._arrays > MOST_ARRAYS:
+            raise ValueError(f"it holds more than {MOST_ARRAYS} arrays")
+        if depth == 0:
+            raise ValueError(f"its structures are more than {DEEPEST} deep")
+        if not data:
+            return "", np.empty(0)
+        parts = _elements(data)
+        flags = [*_integers(*_next(parts)), 0][0]
+        kind_of_array = flags & 0xFF
+        if kind_of_array not in (_CELL, _STRUCTURE, _CHARACTERS, *_NUMERIC_CLASSES) or flags & _COMPLEX:
+            return "", None
+        shape = _integers(*_next(parts))
+        if not 2 <= len(shape) <= MOST_DIMENSIONS or min(shape) < 0:
+            raise ValueError(f"an array has {len(shape)} sides, the shortest {min(shape, default=0)}")
+        count = 1
+        for side in shape:
+            count *= side  # of any size: no overflow
+        if count > len(data):
+            raise ValueError(f"an array of shape {shape} stands in {len(data)} bytes")
+        name = _text(*_next(parts))
+        if kind_of_array == _CELL:
+            return name, [self.matrix(*_next(parts), depth - 1)[1] for _ in range(count)]
+        if kind_of_array == _STRUCTURE:
+            return name, self._structure(parts, count, depth)
+        if kind_of_array == _CHARACTERS:
+            return name, _text(*_next(parts))
+        numbers = _numbers(*_next(parts)) if count else np.empty(0)
+        if numbers.size != count:
+            raise ValueError(f"an array of shape {shape} has {numbers.size} values")
+        return name, numbers.reshape(shape, order="F")
+
+    def _structure(self, parts: Iterator[tuple[int, memoryview]], count: int, depth: int) -> Value:
+        """Return a structure, or a list of them where there is not just one."""
+        length = [*_integers(*_next(parts)), 0][0]
+        _, names = _next(parts)
+        if length <= 0 or len(names) > MOST_ARRAYS * length or count > MOST_ARRAYS:
+            raise ValueError(f"it has {count} structures with {len(names)} bytes of field names, {length} to each")
+        fields = [_cut_text(names[start : start + length]) for start in range(0, len(names), length)]
+        structures: list[Value] = [
+            {field: self.matrix(*_next(parts), depth - 1)[1] for field in fields} for _ in range(count)
+        ]
+        return structures[0] if count == 1 else structures
 
 
 def _next(parts: Iterator[tuple[int, memoryview]]) -> tuple[int, memoryview]:
@@ -142,6 +160,14 @@ def _numbers(kind: int, data: memoryview) -> NDArray[np.generic]:
     if kind not in _NUMBERS or len(data) % np.dtype(_NUMBERS[kind]).itemsize:
         raise ValueError(f"an element of type {kind} with {len(data)} bytes is no list of numbers")
     return np.frombuffer(data, _NUMBERS[kind])
+
+
+def _integers(kind: int, data: memoryview) -> list[int]:
+    """Return the whole numbers of an element."""
+    numbers = _numbers(kind, data)
+    if numbers.dtype.kind == "f":
+        raise ValueError("a size is no whole number")
+    return [int(number) for number in numbers]
 
 
 def _text(kind: int, data: memoryview) -> str:

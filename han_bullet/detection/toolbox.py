@@ -62,7 +62,8 @@ def load_toolbox_model(path: Path, calibration: float | None = None) -> AcfModel
     try:
         variables = read_mat(path)
         classifier, options = _get(variables, "detector.clf"), _get(variables, "detector.opts")
-        return _convert(classifier, options, calibration)
+        with np.errstate(all="ignore"):  # the model checks that its numbers are finite
+            return _convert(classifier, options, calibration)
     except (OSError, ValueError, BadInputError) as error:
         raise BadInputError(f"{path} is not an ACF or LDCF detector of the toolbox: {error}") from error
 
