@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +11,20 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.channels import Floats
-from han_bullet.detection.pictures import list_pictures, read_picture
+from han_bullet.detection.pictures import list_pictures
 from han_bullet.detection.training.acf_samples import (
     CROP_MARGIN,
+    PERSON_HEIGHT,
+    PERSON_WIDTH,
+    WINDOW_HEIGHT,
+    WINDOW_WIDTH,
     collect_negatives,
     estimate_lambdas,
     person_crop,
     window_features,
 )
-from han_bullet.detection.training.boosting import BoostingStep, Trees, boost, quantise
+from han_bullet.detection.training.boosting import Boosting, BoostingStep, GentleBoost, boost
+from han_bullet.detection.training.trees import quantise
 from han_bullet.errors import BadInputError
 
 LEAF_CALIBRATION = 0.005  # added to each leaf after training, so that the cascade gives up fewer people
@@ -32,15 +37,19 @@ Report = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class AcfTrainingOptions:
-    """What the training may vary; the defaults are those of the original for INRIA.
+    """What the training may vary; sizes are those of the original for INRIA.
 
     Attributes:
+        boosting: How samples are weighed and leaves vote; `DiscreteAdaBoost` is the original's.
+        depth: Of each tree.
         trees_of_stages: Each stage trains a classifier from scratch, the next one on what it got wrong.
         new_negatives: Background windows gathered for each stage.
         all_negatives: Background windows kept in total.
         per_photograph: Background windows taken from one photograph at most.
     """
 
+    boosting: Boosting = field(default_factory=GentleBoost)
+    depth: int = 3
     trees_of_stages: tuple[int, ...] = (32, 128, 512, 2048)
     new_negatives: int = 5000
     all_negatives: int = 10_000
@@ -48,7 +57,7 @@ class AcfTrainingOptions:
 
     def __post_init__(self) -> None:
         """Check that every count is positive."""
-        counts = (*self.trees_of_stages, self.new_negatives, self.all_negatives, self.per_photograph)
+        counts = (self.depth, *self.trees_of_stages, self.new_negatives, self.all_negatives, self.per_photograph)
         if not self.trees_of_stages or min(counts) < 1:
             raise BadInputError(f"training options {self}: all counts must be at least 1")
 
@@ -82,7 +91,7 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
         )
         line.say(f"{len(fresh)} negatives from {used} photographs", _StageLog.GATHERING)
         negatives = np.concatenate([_subset(negatives, options.all_negatives - len(fresh), rng), fresh])
-        model = _train_stage(people, negatives, trees, lambdas, rng, line)
+        model = _train_stage(people, negatives, trees, lambdas, options, rng, line)
         model.save(out.with_name(f"{out.stem}_stage{stage}.npz"))
         done += trees
     assert model is not None  # there is at least one stage
@@ -110,13 +119,13 @@ class _StageLog:
     def tree(self, step: BoostingStep, trees: int) -> None:
         """Tell how a tree came out."""
         if step.tree % REPORTED_TREES == 0:
-            text = f"tree {step.tree}  alpha {step.alpha:.3f}  error {step.error:.3f}  loss {step.loss:.2e}"
+            text = f"tree {step.tree}  vote {step.vote:.3f}  error {step.error:.3f}  loss {step.loss:.2e}"
             self.say(text, self.GATHERING + (1.0 - self.GATHERING) * step.tree / trees)
 
 
 def _people(files: list[Path], report: Report) -> tuple[Floats, tuple[float, float, float]]:
     """Return the people's features, (n, 5120), and the lambdas measured on them."""
-    crops = [person_crop(read_picture(file)) for file in files]
+    crops = [person_crop(file) for file in files]
     features = np.array([window_features(crop) for crop in crops])
     inner = slice(CROP_MARGIN, -CROP_MARGIN)
     lambdas = estimate_lambdas([np.ascontiguousarray(crop[inner, inner]) for crop in crops])
@@ -136,12 +145,22 @@ def _train_stage(
     negatives: Floats,
     trees: int,
     lambdas: tuple[float, float, float],
+    options: AcfTrainingOptions,
     rng: np.random.Generator,
     line: _StageLog,
 ) -> AcfModel:
     """Train one stage's classifier from scratch."""
     data = quantise(np.concatenate([people, negatives]))
     is_person: NDArray[np.bool_] = np.arange(len(people) + len(negatives)) < len(people)
-    trained: Trees = boost(data, is_person, trees, rng, lambda step: line.tree(step, trees))
+    trained = boost(data, is_person, trees, options.depth, options.boosting, rng, lambda step: line.tree(step, trees))
     leaves = trained.leaves + np.float32(LEAF_CALIBRATION)
-    return AcfModel(trained.features, trained.thresholds, leaves, lambdas)
+    return AcfModel(
+        trained.features,
+        trained.thresholds,
+        leaves,
+        lambdas,
+        person_height=PERSON_HEIGHT,
+        person_width=PERSON_WIDTH,
+        window_height=WINDOW_HEIGHT,
+        window_width=WINDOW_WIDTH,
+    )
