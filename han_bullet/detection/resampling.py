@@ -11,6 +11,7 @@ from han_bullet.detection.channels import CHANNELS, Floats
 NEGLIGIBLE = 1e-3  # share of a pixel below which it does not count towards an area
 
 _ZERO = np.float32(0.0)
+_HALF = np.float32(0.5)
 Ints = NDArray[np.int32]
 
 
@@ -21,7 +22,10 @@ def resample(channels: Floats, rows: int, columns: int) -> Floats:
 
 
 def resample_planes(planes: Floats, rows: int, columns: int) -> Floats:
-    """Resize planes, (3, h, w), to (3, rows, columns) in the same way."""
+    """Resize planes, (n, h, w), to (n, rows, columns) in the same way."""
+    if planes.shape[1:] == (2 * rows, 2 * columns):
+        halved: Floats = _halve_planes(planes)
+        return halved
     vertical, horizontal = _resampling(planes.shape[1], rows), _resampling(planes.shape[2], columns)
     return _resample_planes(planes, *vertical, *horizontal)
 
@@ -98,6 +102,20 @@ def _resample_planes(
                     if weight > _ZERO:
                         value += weight * line[first_column[column] + tap]
                 result[plane, row, column] = value
+    return result
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _halve_planes(planes: Floats) -> Floats:
+    """Do for exact halves what `_resample_planes` does, to the bit, in a quarter of its time."""
+    result = np.empty((planes.shape[0], planes.shape[1] // 2, planes.shape[2] // 2), np.float32)
+    for plane in range(result.shape[0]):
+        for row in range(result.shape[1]):
+            upper, lower, out = planes[plane, 2 * row], planes[plane, 2 * row + 1], result[plane, row]
+            for column in range(out.size):
+                left = _HALF * upper[2 * column] + _HALF * lower[2 * column]
+                right = _HALF * upper[2 * column + 1] + _HALF * lower[2 * column + 1]
+                out[column] = _HALF * left + _HALF * right
     return result
 
 
