@@ -27,7 +27,7 @@ def permissive_model(depth: int = 2) -> AcfModel:
     return AcfModel(features, thresholds, rng.normal(0.0, 0.7, (8, 2**depth)).astype(np.float32), (0.0, 0.1, 0.1))
 
 
-IMAGE = np.random.default_rng(9).integers(0, 256, (300, 340, 3), dtype=np.uint8)
+IMAGE = np.kron(np.random.default_rng(9).integers(0, 256, (15, 17, 3), dtype=np.uint8), np.ones((20, 20, 1), np.uint8))
 
 
 @settings(max_examples=60, deadline=None)
@@ -43,7 +43,7 @@ def test_a_limited_scan_is_the_whole_scan_filtered_by_the_same_limits(
     detector = AcfDetector(permissive_model(depth))
     whole, limited = detector.scan(IMAGE), detector.scan(IMAGE, limits)
     allowed = limits.allow(whole.boxes[:, 1] + whole.boxes[:, 3], whole.boxes[:, 3])
-    assert len(whole.boxes) > 500
+    assert len(whole.boxes) > 100
     assert np.array_equal(limited.boxes, whole.boxes[allowed])
     assert np.array_equal(limited.scores, whole.scores[allowed])
     assert limited.windows <= whole.windows

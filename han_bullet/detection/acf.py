@@ -15,7 +15,7 @@ from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
 from han_bullet.detection.pyramid import Level, build_pyramid
-from han_bullet.detection.scales import LevelSize
+from han_bullet.detection.scales import LevelSize, level_sizes
 from han_bullet.detection.scan_limits import ScanLimits
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
@@ -92,8 +92,10 @@ class AcfDetector:
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model
-        levels = build_pyramid(image, model.pyramid_settings, lambda size: bool(self._window_rows(size, limits).size))
-        found = [self._scan_level(level, limits) for level in levels]
+        sizes = level_sizes(image.shape[0], image.shape[1], (model.person_height, model.person_width), model.cell)
+        rows = {size: self._window_rows(size, limits) for size in sizes}
+        levels = build_pyramid(image, model.pyramid_settings, lambda size: rows[size].size > 0)
+        found = [self._scan_level(level, rows[level.size]) for level in levels]
         return Scan(
             np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),
             np.concatenate([np.empty(0), *(scan.scores for scan in found)]),
@@ -101,11 +103,11 @@ class AcfDetector:
             sum(scan.trees for scan in found),
         )
 
-    def _scan_level(self, level: Level, limits: ScanLimits | None) -> Scan:
+    def _scan_level(self, level: Level, window_rows: Ints) -> Scan:
+        """Return what is found in the windows that start in some rows of a level."""
         model, size = self.model, level.size
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
         window_columns = model.window_width // model.window_cell
-        window_rows = self._window_rows(size, limits)
         offsets = feature_offsets(model.features, window_columns, channels.shape[1], channels.shape[2])
         rows, columns, scores, trees = scan(
             channels, window_rows, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
@@ -128,7 +130,7 @@ class AcfDetector:
         if limits is None:
             return rows
         height = model.person_height / size.scale
-        return rows[limits.allow(self._tops(rows, size) + height, np.full(rows.size, height))]
+        return rows[limits.allow(self._tops(rows, size) + height, height)]
 
     def _tops(self, rows: Ints, size: LevelSize) -> Array:
         """Return the upper edges of the people [px] in the windows that start in some rows of a level."""
