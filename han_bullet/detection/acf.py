@@ -94,7 +94,8 @@ class AcfDetector:
         model = self.model
         sizes = level_sizes(image.shape[0], image.shape[1], (model.person_height, model.person_width), model.cell)
         rows = {size: self._window_rows(size, limits) for size in sizes}
-        levels = build_pyramid(image, model.pyramid_settings, lambda size: rows[size].size > 0)
+        needed = None if limits is None else lambda size: self._level_rows(rows[size], size)
+        levels = build_pyramid(image, model.pyramid_settings, needed)
         found = [self._scan_level(level, rows[level.size]) for level in levels]
         return Scan(
             np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),
@@ -109,13 +110,14 @@ class AcfDetector:
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
         window_columns = model.window_width // model.window_cell
         offsets = feature_offsets(model.features, window_columns, channels.shape[1], channels.shape[2])
+        rows_in_band = window_rows - np.int32(level.first_row)
         rows, columns, scores, trees = scan(
-            channels, window_rows, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
+            channels, rows_in_band, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
         )
         boxes = np.empty((rows.size, 4))
         margin = 0.5 * (model.window_width - model.person_width) - model.padding_width
         boxes[:, 0] = (columns * model.window_cell + margin) / size.scale_x
-        boxes[:, 1] = self._tops(rows, size)
+        boxes[:, 1] = self._tops(rows + level.first_row, size)
         boxes[:, 2], boxes[:, 3] = model.person_width / size.scale, model.person_height / size.scale
         windows = window_rows.size * max(channels.shape[1] - window_columns + 1, 0)
         return Scan(boxes, scores.astype(np.float64), windows, trees)
@@ -131,6 +133,14 @@ class AcfDetector:
             return rows
         height = model.person_height / size.scale
         return rows[limits.allow(self._tops(rows, size) + height, height)]
+
+    def _level_rows(self, window_rows: Ints, size: LevelSize) -> range:
+        """Return the rows of a padded level [cells] that its windows look at, given the first of each."""
+        if not window_rows.size:
+            return range(0)
+        if self.model.filters is not None:
+            return range(size.rows + 2 * (self.model.padding_height // self.model.cell))
+        return range(int(window_rows[0]), int(window_rows[-1]) + self.model.window_height // self.model.cell)
 
     def _tops(self, rows: Ints, size: LevelSize) -> Array:
         """Return the upper edges of the people [px] in the windows that start in some rows of a level."""

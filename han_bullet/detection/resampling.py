@@ -15,10 +15,17 @@ _HALF = np.float32(0.5)
 Ints = NDArray[np.int32]
 
 
-def resample(channels: Floats, rows: int, columns: int) -> Floats:
-    """Resize channels, (h, w, 10), to (rows, columns, 10): area means where they shrink, bilinear where they grow."""
-    vertical, horizontal = _resampling(channels.shape[0], rows), _resampling(channels.shape[1], columns)
-    return _resample(channels, *vertical, *horizontal)
+def resample(channels: Floats, rows: int, columns: int, band: slice = slice(None)) -> Floats:
+    """Resize channels, (h, w, 10), to (rows, columns, 10): area means where they shrink, bilinear where they grow.
+
+    Args:
+        channels: What to resize.
+        rows: Height of the whole result.
+        columns: Width of the result.
+        band: Rows of the result to return.
+    """
+    (first_row, row_weights), horizontal = _resampling(channels.shape[0], rows), _resampling(channels.shape[1], columns)
+    return _resample(channels, first_row[band], row_weights[band], *horizontal)
 
 
 def resample_planes(planes: Floats, rows: int, columns: int) -> Floats:
