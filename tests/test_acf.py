@@ -39,6 +39,20 @@ def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path, depth: int) -> Non
     assert replace(loaded, features=model.features, thresholds=model.thresholds, leaves=model.leaves) == model
 
 
+def test_a_file_of_the_first_version_is_a_model_with_plain_cells(tmp_path: Path) -> None:
+    small_model().save(tmp_path / "model.npz")
+    with np.load(tmp_path / "model.npz") as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    assert "filters" not in arrays
+    for name in ("cell", "padding_height", "padding_width", "rough"):
+        del arrays[name]
+    np.savez(tmp_path / "old.npz", **arrays)
+    old, new = AcfModel.load(tmp_path / "old.npz"), AcfModel.load(tmp_path / "model.npz")
+    assert (old.cell, old.padding_height, old.padding_width, old.filters, old.rough) == (4, 16, 12, None, False)
+    assert replace(old, features=new.features, thresholds=new.thresholds, leaves=new.leaves) == new
+    assert np.array_equal(old.features, new.features)
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no archive", b"\x93NUMPY", b"plain text"])
 def test_a_malformed_file_is_bad_input(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "model.npz").write_bytes(content)

@@ -40,7 +40,9 @@ def scan(
 ) -> tuple[Ints, Ints, Floats, int]:
     """Return row, column [cells] and score of every window whose running sum stays above a limit.
 
-    A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right).
+    A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right). Every window goes through its trees
+    in one pass: most are given up after a few, and to take the first 32 trees over all windows first, then the rest
+    over the survivors, took 1.5 to 2.3 times as long.
 
     Args:
         level: Channels, shape (rows, columns, channels).
