@@ -99,9 +99,9 @@ def box_row(data: Path, images: list[LabelledImage], model: str, reference_file:
     for labelled in images:
         image = read_picture(labelled.path)
         started = time.perf_counter()
-        boxes = detector.detect(image)
+        detections = detector.detect(image)
         took.append(time.perf_counter() - started)
-        ours[labelled.path.name] = boxes
+        ours[labelled.path.name] = (detections.boxes, detections.scores)
     expected = read_boxes(reference_file)
     differences = score_differences(expected, ours)
     rates = [100 * evaluate_boxes(images, found).log_average_miss_rate() for found in (ours, expected)]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cascade import Ints, feature_offsets, scan
+from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
@@ -20,6 +21,7 @@ from han_bullet.detection.scan_limits import ScanLimits
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import Detections
 
 
 def load_acf_model(name_or_path: str | Path = DEFAULT, calibration: float | None = None) -> AcfModel:
@@ -60,7 +62,7 @@ class Scan:
     trees: int
 
 
-class AcfDetector:
+class AcfDetector(Detector):
     """Finds upright people in an image; one core, deterministic.
 
     Args:
@@ -69,8 +71,9 @@ class AcfDetector:
 
     def __init__(self, model: AcfModel) -> None:
         self.model = model
+        self.smallest_area = model.smallest_box_area
 
-    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> tuple[Array, Array]:
+    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Detections:
         """Return the people found in an image by falling score.
 
         Args:
@@ -78,14 +81,14 @@ class AcfDetector:
             limits: How high people may be, by where their feet are; None looks for people of all sizes everywhere.
 
         Returns:
-            Boxes x, y, width, height, shape (n, 4) [px], as high as the person, and their scores, shape (n,).
+            Boxes as high as the person, with probability 1.
 
         Raises:
             BadInputError: If the array is not such an image.
         """
         found = self.scan(image, limits)
         kept = suppress(found.boxes, found.scores)
-        return found.boxes[kept], found.scores[kept]
+        return Detections(found.boxes[kept], found.scores[kept], np.ones(len(kept)))
 
     def scan(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Scan:
         """Return every window that passes the cascade, before non-maximum suppression; arguments as for `detect`."""
