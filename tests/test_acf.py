@@ -39,6 +39,20 @@ def test_a_saved_model_comes_back_bit_for_bit(tmp_path: Path, depth: int) -> Non
     assert replace(loaded, features=model.features, thresholds=model.thresholds, leaves=model.leaves) == model
 
 
+def test_a_file_of_the_first_version_is_a_model_with_plain_cells(tmp_path: Path) -> None:
+    small_model().save(tmp_path / "model.npz")
+    with np.load(tmp_path / "model.npz") as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    assert "filters" not in arrays
+    for name in ("cell", "padding_height", "padding_width", "rough"):
+        del arrays[name]
+    np.savez(tmp_path / "old.npz", **arrays)
+    old, new = AcfModel.load(tmp_path / "old.npz"), AcfModel.load(tmp_path / "model.npz")
+    assert (old.cell, old.padding_height, old.padding_width, old.filters, old.rough) == (4, 16, 12, None, False)
+    assert replace(old, features=new.features, thresholds=new.thresholds, leaves=new.leaves) == new
+    assert np.array_equal(old.features, new.features)
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no archive", b"\x93NUMPY", b"plain text"])
 def test_a_malformed_file_is_bad_input(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "model.npz").write_bytes(content)
@@ -133,8 +147,10 @@ def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
 
 
 def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
-    boxes, scores = AcfDetector(small_model()).detect(noise())
+    found = AcfDetector(small_model()).detect(noise())
+    boxes, scores = found.boxes, found.scores
     assert len(boxes) == len(scores) > 3
+    assert found.probabilities.tolist() == [1.0] * len(boxes)
     assert boxes.dtype == scores.dtype == np.float64
     assert np.all(np.diff(scores) <= 0.0)
     assert boxes[:, 2] / boxes[:, 3] == pytest.approx(np.full(len(boxes), 0.41))
@@ -143,8 +159,8 @@ def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
 
 @pytest.mark.parametrize("depth", [1, 3, 5])
 def test_trees_of_another_depth_find_boxes_too(depth: int) -> None:
-    boxes, scores = AcfDetector(small_model(depth=depth)).detect(noise())
-    assert len(boxes) == len(scores) > 3
+    found = AcfDetector(small_model(depth=depth)).detect(noise())
+    assert len(found.boxes) == len(found.scores) > 3
 
 
 def test_a_model_with_filters_finds_boxes_and_comes_back_from_its_file(tmp_path: Path) -> None:
@@ -160,22 +176,22 @@ def test_a_model_with_filters_finds_boxes_and_comes_back_from_its_file(tmp_path:
     )
     model.save(tmp_path / "model.npz")
     results = [AcfDetector(each).detect(noise(1)) for each in (model, AcfModel.load(tmp_path / "model.npz"))]
-    assert len(results[0][0]) > 3
-    assert np.array_equal(results[0][0], results[1][0])
-    assert np.array_equal(results[0][1], results[1][1])
+    assert len(results[0].boxes) > 3
+    assert np.array_equal(results[0].boxes, results[1].boxes)
+    assert np.array_equal(results[0].scores, results[1].scores)
 
 
 def test_the_same_image_gives_the_same_boxes_bit_for_bit() -> None:
     first, second = (AcfDetector(small_model()).detect(noise(3)) for _ in range(2))
-    assert np.array_equal(first[0], second[0])
-    assert np.array_equal(first[1], second[1])
+    assert np.array_equal(first.boxes, second.boxes)
+    assert np.array_equal(first.scores, second.scores)
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (99, 300), (300, 40), (1, 1)])
 def test_an_image_smaller_than_a_person_holds_nobody(shape: tuple[int, int]) -> None:
-    boxes, scores = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
-    assert boxes.shape == (0, 4)
-    assert scores.shape == (0,)
+    found = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
+    assert found.boxes.shape == (0, 4)
+    assert found.scores.shape == found.probabilities.shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -230,12 +246,12 @@ def test_the_originals_model_finds_the_originals_boxes(data_folder: Path, name: 
         pytest.skip(f"no reference boxes of the original detector in {folder}")
     expected = np.load(folder / f"{name}.npz")["boxes"]
     detector = AcfDetector(load_acf_model(data_folder / "models" / "AcfInriaDetector.mat"))
-    boxes, scores = detector.detect(read_picture(folder / f"{name}.png"))
-    assert len(boxes) == len(expected) > 0
+    found = detector.detect(read_picture(folder / f"{name}.png"))
+    assert len(found.boxes) == len(expected) > 0
     for box in expected:
-        nearest = np.abs(boxes - box[:4]).max(axis=1).argmin()
-        assert boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
-        assert scores[nearest] == pytest.approx(box[4], abs=1.0)  # of 2048 votes of .2
+        nearest = np.abs(found.boxes - box[:4]).max(axis=1).argmin()
+        assert found.boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
+        assert found.scores[nearest] == pytest.approx(box[4], abs=1.0)  # of 2048 votes of .2
 
 
 @pytest.mark.data
@@ -253,14 +269,14 @@ def test_boxes_on_photographs_are_those_of_the_original(
     detector = AcfDetector(load_acf_model(data_folder / "models" / f"{model}.mat"))
     differences, boxes_expected = [], 0
     for image in sorted({row["image"] for row in rows})[:photographs]:
-        boxes, scores = detector.detect(read_picture(data_folder / "inria" / "test" / image))
+        found = detector.detect(read_picture(data_folder / "inria" / "test" / image))
         expected = [
             [float(row[key]) for key in ("x", "y", "width", "height", "score")] for row in rows if row["image"] == image
         ]
         boxes_expected += len(expected)
         for box in expected:
-            same = np.abs(boxes - box[:4]).max(axis=1) < 0.01
-            differences.extend(np.abs(scores[same] - box[4]))
+            same = np.abs(found.boxes - box[:4]).max(axis=1) < 0.01
+            differences.extend(np.abs(found.scores[same] - box[4]))
     assert boxes_expected >= least
     assert np.count_nonzero(np.array(differences) < 2.0) >= 0.98 * boxes_expected
     assert np.median(differences) < 1e-4

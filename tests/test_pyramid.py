@@ -1,5 +1,6 @@
 """Smoothing, padding, cells and the approximated levels."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from han_bullet.detection.pyramid import (
     smooth,
     smooth_and_pad,
 )
+from han_bullet.detection.scales import LevelSize
 
 SETTINGS = PyramidSettings((0.0, 0.11579, 0.11579), smallest=(100, 41))
 
@@ -50,16 +52,26 @@ def test_the_real_scale_holds_the_smoothed_channels_of_the_image() -> None:
     assert np.array_equal(inside, smooth(compute_channels(luv(image))))
 
 
-def test_levels_that_nobody_wants_are_left_out_and_the_others_stay_as_they_are() -> None:
+@pytest.mark.parametrize("chosen", [[], [0], [3, 9], [16], range(5, 15)])
+@pytest.mark.parametrize(("first", "last"), [(0, 999), (0, 9), (3, 4), (4, 40), (11, 30), (20, 999), (-1, 999)])
+def test_rows_that_nobody_looks_at_are_left_out_and_the_others_stay_as_they_are(
+    chosen: Sequence[int], first: int, last: int
+) -> None:
     image = np.random.default_rng(4).integers(0, 256, (410, 420, 3), dtype=np.uint8)
     everything = build_pyramid(image, SETTINGS)
-    for chosen in ([], [0], [3, 9], [16], range(5, 15)):
-        sizes = [everything[number].size for number in chosen]
-        some = build_pyramid(image, SETTINGS, sizes.__contains__)
-        assert [level.size for level in some] == sizes
-        for number, level in zip(chosen, some, strict=True):
-            assert np.array_equal(level.channels, everything[number].channels)
     assert len(everything) == 17
+    sizes = [everything[number].size for number in chosen]
+
+    def needed(size: LevelSize) -> range:
+        rows = range(size.rows + 2 * PADDING_ROWS)[first:last]  # -1: the last row only
+        return rows if size in sizes else range(0)
+
+    some = build_pyramid(image, SETTINGS, needed)
+    assert [level.size for level in some] == sizes
+    for number, level in zip(chosen, some, strict=True):
+        rows = np.array(needed(level.size))
+        assert rows.size > 0
+        assert np.array_equal(level.channels[rows - level.first_row], everything[number].channels[rows])
 
 
 def test_smaller_cells_and_other_padding_make_larger_levels() -> None:

@@ -45,3 +45,9 @@ def test_planes_and_channels_are_resampled_alike() -> None:
     values = cells(2, 37, 53)
     planes = np.ascontiguousarray(values[..., :3].transpose(2, 0, 1))
     assert np.array_equal(resample_planes(planes, 20, 60).transpose(1, 2, 0), resample(values, 20, 60)[..., :3])
+
+
+def test_halving_planes_gives_the_bits_that_resampling_gives() -> None:
+    planes = np.random.default_rng(8).random((3, 24, 36), dtype=np.float32)
+    channels = np.concatenate([planes.transpose(1, 2, 0), np.zeros((24, 36, CHANNELS - 3), np.float32)], axis=2)
+    assert np.array_equal(resample_planes(planes, 12, 18).transpose(1, 2, 0), resample(channels, 12, 18)[..., :3])

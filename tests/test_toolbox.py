@@ -210,8 +210,8 @@ def test_changed_bytes_give_a_sound_model_or_one_sentence(
     except BadInputError as error:
         assert "\n" not in str(error)
     else:
-        boxes, scores = AcfDetector(model).detect(np.full((130, 70, 3), 128, np.uint8))
-        assert len(boxes) == len(scores)
+        found = AcfDetector(model).detect(np.full((130, 70, 3), 128, np.uint8))
+        assert len(found.boxes) == len(found.scores)
 
 
 @settings(max_examples=50, deadline=None)

@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cascade import Ints, feature_offsets, scan
+from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
 from han_bullet.detection.pyramid import Level, build_pyramid
-from han_bullet.detection.scales import LevelSize
+from han_bullet.detection.scales import LevelSize, level_sizes
 from han_bullet.detection.scan_limits import ScanLimits
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import Detections
 
 
 def load_acf_model(name_or_path: str | Path = DEFAULT, calibration: float | None = None) -> AcfModel:
@@ -60,7 +62,7 @@ class Scan:
     trees: int
 
 
-class AcfDetector:
+class AcfDetector(Detector):
     """Finds upright people in an image; one core, deterministic.
 
     Args:
@@ -69,8 +71,9 @@ class AcfDetector:
 
     def __init__(self, model: AcfModel) -> None:
         self.model = model
+        self.smallest_area = model.smallest_box_area
 
-    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> tuple[Array, Array]:
+    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Detections:
         """Return the people found in an image by falling score.
 
         Args:
@@ -78,22 +81,25 @@ class AcfDetector:
             limits: How high people may be, by where their feet are; None looks for people of all sizes everywhere.
 
         Returns:
-            Boxes x, y, width, height, shape (n, 4) [px], as high as the person, and their scores, shape (n,).
+            Boxes as high as the person, with probability 1.
 
         Raises:
             BadInputError: If the array is not such an image.
         """
         found = self.scan(image, limits)
         kept = suppress(found.boxes, found.scores)
-        return found.boxes[kept], found.scores[kept]
+        return Detections(found.boxes[kept], found.scores[kept], np.ones(len(kept)))
 
     def scan(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Scan:
         """Return every window that passes the cascade, before non-maximum suppression; arguments as for `detect`."""
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model
-        levels = build_pyramid(image, model.pyramid_settings, lambda size: bool(self._window_rows(size, limits).size))
-        found = [self._scan_level(level, limits) for level in levels]
+        sizes = level_sizes(image.shape[0], image.shape[1], (model.person_height, model.person_width), model.cell)
+        rows = {size: self._window_rows(size, limits) for size in sizes}
+        needed = None if limits is None else lambda size: self._level_rows(rows[size], size)
+        levels = build_pyramid(image, model.pyramid_settings, needed)
+        found = [self._scan_level(level, rows[level.size]) for level in levels]
         return Scan(
             np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),
             np.concatenate([np.empty(0), *(scan.scores for scan in found)]),
@@ -101,19 +107,20 @@ class AcfDetector:
             sum(scan.trees for scan in found),
         )
 
-    def _scan_level(self, level: Level, limits: ScanLimits | None) -> Scan:
+    def _scan_level(self, level: Level, window_rows: Ints) -> Scan:
+        """Return what is found in the windows that start in some rows of a level."""
         model, size = self.model, level.size
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
         window_columns = model.window_width // model.window_cell
-        window_rows = self._window_rows(size, limits)
         offsets = feature_offsets(model.features, window_columns, channels.shape[1], channels.shape[2])
+        rows_in_band = window_rows - np.int32(level.first_row)
         rows, columns, scores, trees = scan(
-            channels, window_rows, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
+            channels, rows_in_band, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
         )
         boxes = np.empty((rows.size, 4))
         margin = 0.5 * (model.window_width - model.person_width) - model.padding_width
         boxes[:, 0] = (columns * model.window_cell + margin) / size.scale_x
-        boxes[:, 1] = self._tops(rows, size)
+        boxes[:, 1] = self._tops(rows + level.first_row, size)
         boxes[:, 2], boxes[:, 3] = model.person_width / size.scale, model.person_height / size.scale
         windows = window_rows.size * max(channels.shape[1] - window_columns + 1, 0)
         return Scan(boxes, scores.astype(np.float64), windows, trees)
@@ -128,7 +135,15 @@ class AcfDetector:
         if limits is None:
             return rows
         height = model.person_height / size.scale
-        return rows[limits.allow(self._tops(rows, size) + height, np.full(rows.size, height))]
+        return rows[limits.allow(self._tops(rows, size) + height, height)]
+
+    def _level_rows(self, window_rows: Ints, size: LevelSize) -> range:
+        """Return the rows of a padded level [cells] that its windows look at, given the first of each."""
+        if not window_rows.size:
+            return range(0)
+        if self.model.filters is not None:
+            return range(size.rows + 2 * (self.model.padding_height // self.model.cell))
+        return range(int(window_rows[0]), int(window_rows[-1]) + self.model.window_height // self.model.cell)
 
     def _tops(self, rows: Ints, size: LevelSize) -> Array:
         """Return the upper edges of the people [px] in the windows that start in some rows of a level."""

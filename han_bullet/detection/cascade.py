@@ -9,9 +9,13 @@ from numpy.typing import NDArray
 from han_bullet.detection.channels import CHANNELS, Float, Floats
 
 Ints = NDArray[np.int32]
+Offsets = NDArray[np.uint32]
+"""Without sign, as are node numbers: the compiled code need not ask at each index whether it counts from the end."""
+
+_ONE, _TWO = np.uint32(1), np.uint32(2)
 
 
-def feature_offsets(features: Ints, window_columns: int, level_columns: int, channels: int = CHANNELS) -> Ints:
+def feature_offsets(features: Ints, window_columns: int, level_columns: int, channels: int = CHANNELS) -> Offsets:
     """Return where features lie relative to a window's first value in a flattened level.
 
     Args:
@@ -21,7 +25,7 @@ def feature_offsets(features: Ints, window_columns: int, level_columns: int, cha
         channels: How many there are.
     """
     row, rest = np.divmod(features, window_columns * channels)
-    return np.ascontiguousarray(row * level_columns * channels + rest, dtype=np.int32)
+    return np.ascontiguousarray(row * level_columns * channels + rest, dtype=np.uint32)
 
 
 @numba.njit(cache=True)
@@ -29,14 +33,16 @@ def scan(
     level: Floats,
     window_rows: Ints,
     window_columns: int,
-    offsets: Ints,
+    offsets: Offsets,
     thresholds: Floats,
     leaves: Floats,
     give_up: float,
 ) -> tuple[Ints, Ints, Floats, int]:
     """Return row, column [cells] and score of every window whose running sum stays above a limit.
 
-    A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right).
+    A tree is complete: the children of node k are 2k + 1 (left) and 2k + 2 (right). Every window goes through its trees
+    in one pass: most are given up after a few, and to take the first 32 trees over all windows first, then the rest
+    over the survivors, took 1.5 to 2.3 times as long.
 
     Args:
         level: Channels, shape (rows, columns, channels).
@@ -77,7 +83,7 @@ def _scan_row(
     line: Floats,
     columns: int,
     channels: int,
-    offsets: Ints,
+    offsets: Offsets,
     thresholds: Floats,
     leaves: Floats,
     limit: Float,
@@ -85,15 +91,16 @@ def _scan_row(
     sums: Floats,
 ) -> tuple[int, int]:
     """Write columns and scores of the windows of a row that pass; return how many, and how many trees that took."""
-    count, trees, nodes = 0, 0, offsets.shape[1]
+    count, trees, nodes = 0, 0, np.uint32(offsets.shape[1])
     for column in range(columns):
-        start = column * channels
+        start = np.uint32(column * channels)
         score = np.float32(0.0)
         alive = True
         for tree in range(offsets.shape[0]):
-            node = 0
+            node = np.uint32(0)
             while node < nodes:
-                node = 2 * node + (1 if line[start + offsets[tree, node]] < thresholds[tree, node] else 2)
+                goes_left = line[start + offsets[tree, node]] < thresholds[tree, node]
+                node = _TWO * node + (_ONE if goes_left else _TWO)
             score += leaves[tree, node - nodes]
             if score <= limit:
                 trees += tree + 1
@@ -111,7 +118,7 @@ def _scan_row_by_pairs(
     line: Floats,
     columns: int,
     channels: int,
-    offsets: Ints,
+    offsets: Offsets,
     thresholds: Floats,
     leaves: Floats,
     limit: Float,
@@ -121,7 +128,7 @@ def _scan_row_by_pairs(
     """Do as `_scan_row` does for trees of depth 2, two comparisons each: twice as fast."""
     count, trees = 0, 0
     for column in range(columns):
-        start = column * channels
+        start = np.uint32(column * channels)
         score = np.float32(0.0)
         alive = True
         for tree in range(offsets.shape[0]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numba
+import cv2
 import numpy as np
 
 from han_bullet.detection.channels import Floats
@@ -28,29 +28,12 @@ def filter_channels(channels: Floats, filters: Floats) -> Floats:
     Returns:
         Shape (rows / 2, columns / 2, 10 n), the first filter's ten channels first.
     """
-    rows, columns = channels.shape[:2]
-    planes = resample_planes(_convolve(channels, filters), halved(rows), halved(columns))
-    return np.ascontiguousarray(planes.transpose(1, 2, 0))
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _convolve(channels: Floats, filters: Floats) -> Floats:
-    """Return the convolved planes, (10 n, rows, columns)."""
     rows, columns, count = channels.shape
-    number, height, width = filters.shape[:3]
-    above, before = height // 2, width // 2
-    planes = np.zeros((number * count, rows, columns), np.float32)
-    framed = np.zeros((rows + height - 1, columns + width - 1), np.float32)
+    planes = np.empty((len(filters) * count, rows, columns), np.float32)
+    turned = np.ascontiguousarray(filters[:, ::-1, ::-1].transpose(0, 3, 1, 2))  # OpenCV correlates
     for channel in range(count):
-        framed[above : above + rows, before : before + columns] = channels[:, :, channel]
-        for which in range(number):
-            plane = planes[which * count + channel]
-            for row in range(rows):
-                out = plane[row]
-                for down in range(height):
-                    line = framed[row + down]
-                    for across in range(width):
-                        weight = filters[which, height - 1 - down, width - 1 - across, channel]
-                        for place in range(columns):
-                            out[place] += weight * line[place + across]
-    return planes
+        plane = np.ascontiguousarray(channels[:, :, channel])
+        for which in range(len(filters)):
+            target = planes[which * count + channel]
+            cv2.filter2D(plane, -1, turned[which, channel], dst=target, borderType=cv2.BORDER_CONSTANT)
+    return np.ascontiguousarray(resample_planes(planes, halved(rows), halved(columns)).transpose(1, 2, 0))

@@ -48,30 +48,33 @@ class Level:
     """One scale of an image.
 
     Attributes:
-        channels: Smoothed and padded, shape (rows, columns, 10).
+        channels: Smoothed and padded, shape (rows, columns, 10), of all the padded level or of a band of its rows.
         size: Without padding.
+        first_row: Of the padded level [cells] that the channels begin with.
     """
 
     channels: Floats
     size: LevelSize
+    first_row: int = 0
 
 
 def build_pyramid(
-    image: NDArray[np.uint8], settings: PyramidSettings, wanted: Callable[[LevelSize], bool] = lambda size: True
+    image: NDArray[np.uint8], settings: PyramidSettings, needed: Callable[[LevelSize], range] | None = None
 ) -> list[Level]:
     """Return the levels of an RGB image, (h, w, 3), from fine to coarse.
 
     Args:
         image: RGB.
         settings: What the levels are to be like.
-        wanted: Tells which levels to make; what only the others need is left out as well.
+        needed: Tells which rows of a padded level [cells] are looked at; the others, and levels without any, are left
+            out. None makes everything.
     """
     cell, rough = settings.cell, settings.rough
     sizes = level_sizes(image.shape[0], image.shape[1], settings.smallest, cell)
     exponents = np.asarray(settings.lambdas)[KIND_OF_CHANNEL]
     planes, levels = luv(image, rough), []
     for number, members in octaves(len(sizes)):
-        real, made = sizes[number], [sizes[member] for member in members if wanted(sizes[member])]
+        real, made = sizes[number], [sizes[member] for member in members if needed is None or needed(sizes[member])]
         if not made and real.scale != 0.5:
             continue
         at_scale = _planes_at(planes, real.rows * cell, real.columns * cell)
@@ -81,7 +84,8 @@ def build_pyramid(
             source = compute_channels(at_scale, cell, rough)
             for size in made:
                 gains = ((size.scale / real.scale) ** -exponents).astype(np.float32)
-                levels.append(Level(_approximate(source, size, gains, settings.padding), size))
+                rows = None if needed is None else needed(size)
+                levels.append(_approximate(source, size, gains, settings.padding, rows))
     return levels
 
 
@@ -90,12 +94,17 @@ def _planes_at(planes: Floats, rows: int, columns: int) -> Floats:
     return planes if planes.shape[1:] == (rows, columns) else resample_planes(planes, rows, columns)
 
 
-def _approximate(source: Floats, size: LevelSize, gains: Floats, padding: tuple[int, int]) -> Floats:
-    """Resample real channels to a level's size, and smooth and pad them."""
+def _approximate(
+    source: Floats, size: LevelSize, gains: Floats, padding: tuple[int, int], needed: range | None
+) -> Level:
+    """Resample real channels to a level's size, and smooth and pad them, or only what some of its rows need."""
+    band = slice(0, size.rows)
+    if needed is not None:  # without padding, but with the neighbours that smoothing looks at
+        start = max(min(needed.start - padding[0] - 1, size.rows - 2), 0)
+        band = slice(start, min(max(needed.stop - padding[0] + 1, 2), size.rows))
     same = source.shape[:2] == (size.rows, size.columns)
-    channels = source if same else resample(source, size.rows, size.columns)
-    padded: Floats = smooth_and_pad(channels, gains, *padding)
-    return padded
+    channels = source[band] if same else resample(source, size.rows, size.columns, band)
+    return Level(smooth_and_pad(channels, gains, *padding), size, band.start)
 
 
 def smooth(channels: Floats) -> Floats:

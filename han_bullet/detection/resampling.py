@@ -11,17 +11,28 @@ from han_bullet.detection.channels import CHANNELS, Floats
 NEGLIGIBLE = 1e-3  # share of a pixel below which it does not count towards an area
 
 _ZERO = np.float32(0.0)
+_HALF = np.float32(0.5)
 Ints = NDArray[np.int32]
 
 
-def resample(channels: Floats, rows: int, columns: int) -> Floats:
-    """Resize channels, (h, w, 10), to (rows, columns, 10): area means where they shrink, bilinear where they grow."""
-    vertical, horizontal = _resampling(channels.shape[0], rows), _resampling(channels.shape[1], columns)
-    return _resample(channels, *vertical, *horizontal)
+def resample(channels: Floats, rows: int, columns: int, band: slice = slice(None)) -> Floats:
+    """Resize channels, (h, w, 10), to (rows, columns, 10): area means where they shrink, bilinear where they grow.
+
+    Args:
+        channels: What to resize.
+        rows: Height of the whole result.
+        columns: Width of the result.
+        band: Rows of the result to return.
+    """
+    (first_row, row_weights), horizontal = _resampling(channels.shape[0], rows), _resampling(channels.shape[1], columns)
+    return _resample(channels, first_row[band], row_weights[band], *horizontal)
 
 
 def resample_planes(planes: Floats, rows: int, columns: int) -> Floats:
-    """Resize planes, (3, h, w), to (3, rows, columns) in the same way."""
+    """Resize planes, (n, h, w), to (n, rows, columns) in the same way."""
+    if planes.shape[1:] == (2 * rows, 2 * columns):
+        halved: Floats = _halve_planes(planes)
+        return halved
     vertical, horizontal = _resampling(planes.shape[1], rows), _resampling(planes.shape[2], columns)
     return _resample_planes(planes, *vertical, *horizontal)
 
@@ -98,6 +109,20 @@ def _resample_planes(
                     if weight > _ZERO:
                         value += weight * line[first_column[column] + tap]
                 result[plane, row, column] = value
+    return result
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _halve_planes(planes: Floats) -> Floats:
+    """Do for exact halves what `_resample_planes` does, to the bit, in a quarter of its time."""
+    result = np.empty((planes.shape[0], planes.shape[1] // 2, planes.shape[2] // 2), np.float32)
+    for plane in range(result.shape[0]):
+        for row in range(result.shape[1]):
+            upper, lower, out = planes[plane, 2 * row], planes[plane, 2 * row + 1], result[plane, row]
+            for column in range(out.size):
+                left = _HALF * upper[2 * column] + _HALF * lower[2 * column]
+                right = _HALF * upper[2 * column + 1] + _HALF * lower[2 * column + 1]
+                out[column] = _HALF * left + _HALF * right
     return result
 
 

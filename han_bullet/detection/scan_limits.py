@@ -41,14 +41,14 @@ class ScanLimits:
         if np.isnan(self.least).any() or np.isnan(self.greatest).any():
             raise BadInputError("scan limits hold values that are no numbers; heights [px] would be right")
 
-    def allow(self, feet: Array, heights: Array) -> NDArray[np.bool_]:
+    def allow(self, feet: Array, heights: Array | float) -> NDArray[np.bool_]:
         """Tell which boxes may hold a person.
 
         Args:
             feet: Lower edges, y + height, shape (n,) [px].
-            heights: Shape (n,) [px].
+            heights: Shape (n,), or one for all [px].
         """
-        rows = np.clip(np.floor(feet), 0, self.least.size - 1).astype(int)
+        rows = np.minimum(np.maximum(feet, 0.0), self.least.size - 1).astype(np.int64)
         allowed: NDArray[np.bool_] = (self.least[rows] <= heights) & (heights <= self.greatest[rows])
         return allowed
 
