@@ -27,7 +27,7 @@ from han_bullet.world_schema import CeilingCamera
 LEAST_HEIGHT = 110.0  # [px] of a person who counts; the detector's smallest person has 100
 MOST_HIDDEN = 0.3
 STEEPEST = math.radians(35.0)  # from above; the detector knows upright people
-TAKE_FRAMES = 40  # 8 s
+TAKE_FRAMES = 20  # 4 s
 COUCH_TAKE_FRAMES = 4  # nothing moves there but the noise
 
 Report = Callable[[int], None]

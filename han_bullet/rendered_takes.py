@@ -24,12 +24,15 @@ LANE_FOR_ROBOT = 0.8  # [m]; people walk in lanes at least this far from the rob
 AHEAD_OF_CEILING_CAMERA = (3.0, 10.0)  # [m] along its view, where people start: whole from 3.3 m, 110 px high to 9 m
 AHEAD_OF_ROBOT = (2.0, 8.0)  # [m]
 WALKERS = 0.6  # share of people who walk; the others stand
+CROSSING = 0.6  # share of takes, of those with room for it, in which people cross the corridor: seen from the side
 WALKING_SPEED = (0.35, 1.3)  # [m/s]
-WALKED = (3.0, 7.0)  # [m] between the turns
+WALKED = 3.0  # [m] to either side of the start along the corridor
 CORRIDOR_END, BUILDING_END = 0.6, 22.4  # [m] along x: as far as people walk
 ROBOT_SPEED = 0.4  # [m/s]
 ROBOT_SWAY = (0.25, 0.8)  # [rad], [rad/s]: its heading swings, as when it keeps to a path round people
 ROBOT_TURN_GAIN, ROBOT_LANE_GAIN = 2.0, 0.5  # [1/s]
+
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ def corridor_takes(seed: int) -> Iterator[Take]:
     """Yield takes of people in the corridor, by its ceiling cameras in turn, without end."""
     building = load_world(BUILDING)
     for number, name in zip(itertools.count(), itertools.cycle(CORRIDOR_CAMERAS)):
-        rng = np.random.default_rng([seed, number])
+        rng = np.random.default_rng([seed, 0, number])
         camera = building.camera(name)
         assert isinstance(camera, CeilingCamera)
         start = float(camera.position[0])
@@ -79,7 +82,7 @@ def onboard_takes(seed: int) -> Iterator[Take]:
     """Yield takes of people in the corridor by the camera of the driving robot, without end."""
     building = load_world(BUILDING)
     for number in itertools.count():
-        rng = np.random.default_rng([seed, number])
+        rng = np.random.default_rng([seed, 1, number])
         robot = _robot_lane(float(rng.uniform(1.0, 15.0)), rng)
         people = _people(Pose2D(robot.x, 0.0, robot.yaw), AHEAD_OF_ROBOT, robot.y, rng)
         yield _take(building, building.camera("onboard"), people, robot, rng)
@@ -90,7 +93,7 @@ def couch_takes(seed: int) -> Iterator[Take]:
     building = load_world(BUILDING)
     person = Person(name="viewer", start=(0.0, 0.0, 0.0), behaviour=Sit(on=COUCH))
     for number in itertools.count():
-        rng = np.random.default_rng([seed, number])
+        rng = np.random.default_rng([seed, 2, number])
         yield _take(building, building.camera(COUCH_CAMERA), [person], Pose2D(2.0, 0.0, 0.0), rng)
 
 
@@ -119,20 +122,32 @@ def _robot_lane(x: float, rng: np.random.Generator) -> Pose2D:
 
 
 def _people(view: Pose2D, ahead: tuple[float, float], robot_lane: float, rng: np.random.Generator) -> list[Person]:
-    """Draw one person in each lane of the corridor that the robot leaves free, within a distance [m] of a camera."""
+    """Draw people in the lanes that the robot leaves free, within a distance [m] before a camera.
+
+    Either each has a lane of their own, or they share the lanes and cross them, each at a distance of their own.
+    """
     lanes = [lane for lane in LANES if abs(lane - robot_lane) >= LANE_FOR_ROBOT]
-    return [_person(f"person{number}", view, ahead, lane, rng) for number, lane in enumerate(lanes)]
+    away = math.cos(view.yaw)
+    if robot_lane != 0.0 and rng.uniform() < CROSSING:
+        edges = np.linspace(*ahead, len(lanes) + 1)
+        places = [_inside(view.x + away * float(rng.uniform(*pair))) for pair in itertools.pairwise(edges)]
+        ways = [((x, float(rng.choice(lanes))), [(x, lanes[0]), (x, lanes[-1])]) for x in places]
+    else:
+        starts = [(_inside(view.x + away * float(rng.uniform(*ahead))), lane) for lane in lanes]
+        ways = [((x, y), [(_inside(x - WALKED), y), (_inside(x + WALKED), y)]) for x, y in starts]
+    return [_person(f"person{number}", start, ends, rng) for number, (start, ends) in enumerate(ways)]
 
 
-def _person(name: str, view: Pose2D, ahead: tuple[float, float], lane: float, rng: np.random.Generator) -> Person:
-    x = _inside(view.x + math.cos(view.yaw) * float(rng.uniform(*ahead)))
-    yaw, walked, speed = float(rng.uniform(-math.pi, math.pi)), float(rng.uniform(*WALKED)), rng.uniform(*WALKING_SPEED)
+def _person(name: str, start: Point, ends: list[Point], rng: np.random.Generator) -> Person:
+    """Draw whether a person stands, facing anywhere, or walks to and fro between two ends, and how fast."""
+    yaw, speed = float(rng.uniform(-math.pi, math.pi)), float(rng.uniform(*WALKING_SPEED))
+    order = 1 if rng.uniform() < 0.5 else -1
     if rng.uniform() >= WALKERS:
-        return Person(name=name, start=(x, lane, yaw), behaviour=Stand())
-    forward = 1.0 if abs(yaw) < 0.5 * math.pi else -1.0
-    end = _inside(x + forward * walked)
-    behaviour = Walk(waypoints=((end, lane), (x, lane)), speed=float(speed))
-    return Person(name=name, start=(x, lane, 0.0 if end > x else math.pi), behaviour=behaviour)
+        return Person(name=name, start=(*start, yaw), behaviour=Stand())
+    waypoints = tuple(ends[::order] * 2)
+    first = next(point for point in waypoints if point != start)
+    yaw = math.atan2(first[1] - start[1], first[0] - start[0])
+    return Person(name=name, start=(*start, yaw), behaviour=Walk(waypoints=waypoints, speed=speed))
 
 
 def _inside(x: float) -> float:
