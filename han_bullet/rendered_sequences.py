@@ -117,14 +117,14 @@ def couch(frames: int, seed: int, report: Report = lambda done: None) -> Iterato
 
 
 def _frames(takes: Iterator[Take], take_frames: int, frames: int, report: Report) -> Iterator[RenderedFrame]:
-    numbered = (frame for number, take in enumerate(takes) for frame in _frames_of(take, number, take_frames))
+    numbered = (frame for number, take in enumerate(takes) for frame in film(take, number, take_frames))
     for done, frame in enumerate(itertools.islice(numbered, frames), start=1):
         report(done)
         yield frame
 
 
-def _frames_of(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
-    """Yield the first frames of a take."""
+def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
+    """Yield the first frames of a take that has a number."""
     source = _SilhouetteSource(Renderer(take.world, take.seed))
     fixed = isinstance(take.camera, CeilingCamera)
     empty = source.renderer.calibration_image(take.camera.name) if fixed else None
