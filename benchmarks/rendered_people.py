@@ -75,12 +75,11 @@ def assign(boxes: Array, people: Array) -> list[int | None]:
 
 
 def on_ignored(boxes: Array, ignored: Array) -> Array:
-    """Tell which detections, (n, 4), lie with half their own area on somebody who does not count, or match them."""
+    """Tell which detections, (n, 4), lie with half their own area on somebody who does not count, (m, 4) [px]."""
     a, b = boxes[:, None], ignored[None]
     sides = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
     share = np.prod(np.maximum(sides, 0.0), axis=-1) / np.prod(a[..., 2:], axis=-1)
-    matching = intersection_over_union(boxes, fix_aspect(ignored)) >= SMALLEST_MATCH
-    return (matching | (share >= IGNORED_SHARE)).any(axis=1)
+    return np.any(share >= IGNORED_SHARE, axis=1)
 
 
 def judge(frame: RenderedFrame, found: Detections, tally: Tally, sheets: tuple[ContactSheet, ContactSheet]) -> None:

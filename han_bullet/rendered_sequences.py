@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,7 +129,7 @@ def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
     source = _SilhouetteSource(Renderer(take.world, take.seed))
     fixed = isinstance(take.camera, CeilingCamera)
     empty = source.renderer.calibration_image(take.camera.name) if fixed else None
-    with Simulator(take.world, renderer=source) as simulator:
+    with closing(source.renderer), Simulator(take.world, renderer=source) as simulator:
         observation = simulator.reset()
         while count:
             for frame in observation.frames:
@@ -136,7 +137,6 @@ def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
                 count -= 1
             truth = simulator.truth
             observation = simulator.step(take.command(truth.pose_robot_in_world, truth.time))
-    source.renderer.close()
 
 
 class _SilhouetteSource(FrameSource):
