@@ -125,7 +125,13 @@ def _frames(takes: Iterator[Take], take_frames: int, frames: int, report: Report
 
 
 def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
-    """Yield the first frames of a take that has a number."""
+    """Yield the first frames of a take.
+
+    Args:
+        take: The scene.
+        number: Given to its frames.
+        count: How many frames.
+    """
     source = _SilhouetteSource(Renderer(take.world, take.seed))
     fixed = isinstance(take.camera, CeilingCamera)
     empty = source.renderer.calibration_image(take.camera.name) if fixed else None
