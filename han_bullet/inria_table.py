@@ -8,15 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier, load_classifier
 from han_bullet.detection.evaluation import LabelledImage, evaluate, load_inria_test
+from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.threads import use_one_thread
-from han_bullet.geometry import Array
 
 FALSE_POSITIVES_PER_IMAGE = 0.45  # what the paper's threshold of 40 leaves with the original's model [Mateus2019]
 
@@ -97,18 +94,9 @@ def _row(
     report: Callable[[float], None],
 ) -> TableRow:
     """Evaluate the stages as they are given."""
-
-    def detect(image: NDArray[np.uint8]) -> tuple[Array, Array]:
-        boxes, scores = proposer.detect(image)
-        if threshold is not None:
-            boxes, scores = boxes[scores >= threshold], scores[scores >= threshold]
-        if classifier is not None:
-            kept = classifier.probabilities(image, boxes) >= classifier.least_probability
-            boxes, scores = boxes[kept], scores[kept]
-        return boxes, scores
-
+    detector = PedestrianDetector(proposer, classifier, -math.inf if threshold is None else threshold)
     started = time.perf_counter()
-    result = evaluate(photographs, detect, lambda done: report(done / len(photographs)))
+    result = evaluate(photographs, detector.detect, lambda done: report(done / len(photographs)))
     speed = len(photographs) / (time.perf_counter() - started)
     counts = result.counts()
     return TableRow(

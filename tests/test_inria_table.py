@@ -10,7 +10,7 @@ import pytest
 
 from han_bullet.detection.acf import load_acf_model
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.detector import load_detector
+from han_bullet.detection.loading import load_detector
 from han_bullet.errors import BadInputError
 from han_bullet.inria_table import FALSE_POSITIVES_PER_IMAGE, choose_threshold, evaluate_stages
 

@@ -1,6 +1,6 @@
 """How well a detector finds people in photographs: log-average miss rate and the counts behind it [Dollar2012].
 
-Any callable that maps an RGB image to boxes and scores can be evaluated. The true boxes are made 0.41 times as wide as
+Any callable that maps an RGB image to detections can be evaluated. The true boxes are made 0.41 times as wide as
 high, as the detector's are; a detection and a person match from an intersection over union of one half.
 """
 
@@ -19,14 +19,15 @@ from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import Detections
 
 ASPECT = 0.41  # width over height of every person's box
 SMALLEST_MATCH = 0.5  # intersection over union of a hit
 REFERENCE_RATES = 10.0 ** np.arange(-2.0, 0.01, 0.25)  # false positives per image at which the miss rate is read
 SMALLEST_MISS_RATE = 1e-10  # keeps the logarithm finite
 
-Detect = Callable[[NDArray[np.uint8]], tuple[Array, Array]]
-"""Maps an RGB image, (h, w, 3), to boxes x, y, width, height, (n, 4) [px], and scores, (n,)."""
+Detect = Callable[[NDArray[np.uint8]], Detections]
+"""Maps an RGB image, (h, w, 3), to the people in it; `detect` of any `Detector` does."""
 
 
 @dataclass(frozen=True)
@@ -151,10 +152,10 @@ def evaluate(
     hits: list[NDArray[np.bool_]] = [np.empty(0, bool)]
     people = count = 0
     for count, labelled in enumerate(images, start=1):
-        boxes, found = detect(read_picture(labelled.path))
-        order = np.argsort(-found, kind="stable")
-        scores.append(found[order])
-        hits.append(match(boxes[order], fix_aspect(labelled.boxes)))
+        found = detect(read_picture(labelled.path))
+        found = found.select(np.argsort(-found.scores, kind="stable"))
+        scores.append(found.scores)
+        hits.append(match(found.boxes, fix_aspect(labelled.boxes)))
         people += len(labelled.boxes)
         report(count)
     if people == 0:
