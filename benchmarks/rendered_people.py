@@ -17,7 +17,9 @@ from rich.progress import Progress
 
 from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
-from han_bullet.detection.detector import PedestrianDetector, load_detector
+from han_bullet.detection.camera_detector import CameraDetector
+from han_bullet.detection.detector import Detector
+from han_bullet.detection.loading import load_detector
 from han_bullet.detection.evaluation import SMALLEST_MATCH, fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
@@ -106,21 +108,21 @@ def describe(person: PersonInPicture) -> str:
 
 
 class BothWays:
-    """Detects in a frame alone and, where the camera is fixed, with the still scene as in a run."""
+    """Detects in a picture alone and, where the camera is fixed, with the still scene as in a run."""
 
-    def __init__(self, detector: PedestrianDetector) -> None:
-        self._detector = detector
+    def __init__(self, detector: Detector) -> None:
+        self._image_detector, self._camera_detector = detector, CameraDetector(detector)
         self._calibrated: object = None
 
     def detect(self, frame: RenderedFrame) -> list[tuple[str, Detections]]:
         """Return the name of each way and what it finds."""
-        ways = [("image alone", self._detector.detect([replace(frame.frame, fixed=False)])[0])]
+        ways = [("image alone", self._image_detector.detect(frame.image))]
         if frame.empty is None:
             return ways
         if frame.empty is not self._calibrated:  # once for a take
-            self._detector.calibrate([replace(frame.frame, image=frame.empty)])
+            self._camera_detector.calibrate([replace(frame.frame, image=frame.empty)])
             self._calibrated = frame.empty
-        return [*ways, ("with still scene", self._detector.detect([frame.frame])[0])]
+        return [*ways, ("with still scene", self._camera_detector.detect([frame.frame])[0])]
 
 
 def measure(name: str, frames: Iterator[RenderedFrame], detector: BothWays, out: Path | None) -> Iterator[Tally]:
