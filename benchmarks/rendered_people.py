@@ -19,8 +19,8 @@ from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.evaluation import fix_aspect
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.evaluation import SMALLEST_MATCH, fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array
@@ -28,6 +28,7 @@ from han_bullet.messages import Detections
 from han_bullet.rendered_sequences import PersonInPicture, RenderedFrame, corridor, couch, mbot
 
 COUCH_SHARE = 5  # the couch gets a fifth of the frames: only noise, light, clothes and build differ there
+SMALLEST_OVERLAP = 0.5  # intersection over union of a hit, as on photographs
 IGNORED_SHARE = 0.5  # of a detection's own area on a person who does not count: it is neither right nor wrong
 BANDS: tuple[tuple[str, Callable[[PersonInPicture], float], tuple[float, ...], str], ...] = (
     ("height", lambda person: float(person.box[3]), (110.0, 150.0, 200.0, 300.0, 480.0), "px"),
@@ -70,7 +71,7 @@ def assign(boxes: Array, people: Array) -> list[int | None]:
     taken: list[int | None] = []
     for row in overlaps:
         best = int(np.argmax(row)) if len(row) else -1
-        taken.append(best if best >= 0 and row[best] >= SMALLEST_MATCH else None)
+        taken.append(best if best >= 0 and row[best] >= SMALLEST_OVERLAP else None)
         if taken[-1] is not None:
             overlaps[:, best] = -1.0
     return taken
