@@ -6,6 +6,7 @@ from datetime import date
 from pathlib import Path
 
 BENCHMARKS = (
+    ("detector",),
     ("stage_timing",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
