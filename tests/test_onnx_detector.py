@@ -8,7 +8,7 @@ import pytest
 from han_bullet.detection.evaluation import load_inria_test
 from han_bullet.detection.loading import load_detector
 from han_bullet.detection.network_detector import NetworkDetector
-from han_bullet.detection.onnx_detector import FastestDet, YoloFastest, YoloV5, YoloV8
+from han_bullet.detection.onnx_detector import FastestDet, YoloFastest, YoloV5, YoloV8, kind_of_output
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.errors import BadInputError
@@ -107,6 +107,18 @@ def test_a_malformed_file_is_one_sentence_with_its_name(tmp_path: Path, content:
 def test_a_missing_file_is_bad_input() -> None:
     with pytest.raises(BadInputError, match=r"nowhere\.onnx"):
         load_detector("nowhere.onnx")
+
+
+def test_the_shape_of_the_output_tells_the_network() -> None:
+    assert kind_of_output([(1, 85, 22, 22)], "x.onnx") is FastestDet
+    assert kind_of_output([(1, 25200, 85)], "x.onnx") is YoloV5
+    assert kind_of_output([(1, 84, 8400)], "x.onnx") is YoloV8
+
+
+@pytest.mark.parametrize("shapes", [[(1, 1000)], [(1, 85, 22, 22)] * 2, [(1, 30, 7)], [(2, 84, 8400)]])
+def test_another_shape_is_refused_with_what_it_is(shapes: list[tuple[int, ...]]) -> None:
+    with pytest.raises(BadInputError, match=r"x\.onnx gives \(.*YOLOv8 would be right"):
+        kind_of_output(shapes, "x.onnx")
 
 
 @pytest.mark.data

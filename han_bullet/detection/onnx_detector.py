@@ -92,15 +92,25 @@ def load_onnx(path: Path, threshold: float | None = None) -> NetworkDetector:
         raise BadInputError(f"{path} is not an ONNX detector that OpenCV can run: {reason}") from error
     finally:
         cv2.utils.logging.setLogLevel(level)
-    shapes = [output.shape for output in outputs]
-    if len(shapes) == 1 and len(shapes[0]) == 4 and shapes[0][1] == 5 + CLASSES:
-        return FastestDet(network, FastestDet.trained_side, threshold)
-    if len(shapes) == 1 and len(shapes[0]) == 3 and shapes[0][2] == 5 + CLASSES:
-        return YoloV5(network, side, threshold)
-    if len(shapes) == 1 and len(shapes[0]) == 3 and shapes[0][1] == 4 + CLASSES:
-        return YoloV8(network, side, threshold)
+    kind = kind_of_output([output.shape for output in outputs], str(path))
+    return kind(network, FastestDet.trained_side if kind is FastestDet else side, threshold)
+
+
+def kind_of_output(shapes: Sequence[tuple[int, ...]], name: str) -> type[NetworkDetector]:
+    """Tell which detector gives outputs of these shapes.
+
+    Raises:
+        BadInputError: None does; the sentence names the file.
+    """
+    match shapes:
+        case [(1, channels, _, _)] if channels == 5 + CLASSES:
+            return FastestDet
+        case [(1, _, values)] if values == 5 + CLASSES:
+            return YoloV5
+        case [(1, values, _)] if values == 4 + CLASSES:
+            return YoloV8
     raise BadInputError(
-        f"{path} gives {', '.join(map(str, shapes))}; (1, 85, rows, columns) of FastestDet, (1, n, 85) of YOLOv5 or "
+        f"{name} gives {', '.join(map(str, shapes))}; (1, 85, rows, columns) of FastestDet, (1, n, 85) of YOLOv5 or "
         "(1, 84, n) of YOLOv8 would be right"
     )
 
