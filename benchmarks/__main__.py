@@ -6,6 +6,7 @@ from datetime import date
 from pathlib import Path
 
 BENCHMARKS = (
+    ("detector",),
     ("stage_timing",),
     ("rendered_people",),
     ("scenarios", "--seeds", "10"),
