@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
-from han_bullet.atomic_file import write_json
-from han_bullet.commands.parsing import Commands, Parser, command
+from han_bullet.commands.parsing import Commands, Parser, command, output_folder
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -18,13 +19,18 @@ def add(commands: Commands[Parser]) -> None:
     parser = command(
         commands,
         "evaluate",
-        "miss rate of the detector on the INRIA test photographs, with and without the CNN",
-        "  han-bullet evaluate --data DIR\n  han-bullet evaluate --data DIR --model my_acf.npz --out runs/mine",
+        "miss rate and speed of the detector on the INRIA test photographs, with and without the CNN",
+        "  han-bullet evaluate --data DIR\n"
+        "  han-bullet evaluate --data DIR --model my_acf.npz --classifier my_cnn.safetensors --out runs/mine\n"
+        "  han-bullet evaluate --data DIR --compare AcfInriaDetector.mat --out runs/compared\n"
+        "  han-bullet evaluate --data DIR --model my_acf.npz --choose-threshold --out runs/mine",
     )
     add_option = parser.add_argument
-    add_option("--data", type=Path, required=True, metavar="DIR", help="folder with inria/test and inria/gt.json")
+    add_option("--data", type=Path, required=True, metavar="DIR", help="folder with inria/ or INRIAPerson/ in it")
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
-    add_option("--out", type=Path, metavar="DIR", help="also write evaluation.json there")
+    add_option("--compare", nargs="+", default=[], metavar="NAME|FILE", help="other models, in the same table")
+    add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
+    add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and miss_rate.png")
     add_option(
         "--choose-threshold",
         action="store_true",
@@ -34,31 +40,42 @@ def add(commands: Commands[Parser]) -> None:
 
 
 def _evaluate(options: argparse.Namespace, console: Console) -> int:
-    from rich.progress import Progress
+    (_choose_threshold if options.choose_threshold else _photographs)(options, console)
+    return 0
 
-    from han_bullet.inria_table import choose_threshold, evaluate_stages
 
-    if options.choose_threshold:
-        model = choose_threshold(options.data, options.model)
-        console.print(f"score threshold {model.score_threshold:.2f}")
-        if options.out:
-            options.out.mkdir(parents=True, exist_ok=True)
-            model.save(options.out / "acf.npz")
-        return 0
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("evaluate", total=1.0)
-        rows = evaluate_stages(options.data, options.model, lambda done: bar.update(task, completed=done))
-    table = Table("detector", "threshold", "TP", "FP", "FN", "log-average miss rate", "frames per second")
-    for row in rows:
-        threshold = "all" if row.threshold is None else f"{row.threshold:.1f}"
-        counts = (str(row.true_positives), str(row.false_positives), str(row.false_negatives))
-        table.add_row(row.detector, threshold, *counts, f"{row.miss_rate:.2%}", f"{row.frames_per_second:.1f}")
-    console.print(table)
-    console.print(
-        "287 of the 288 INRIA test photographs, rebuilt from copies with inpainted lines; see docs/detector.md"
-    )
+def _choose_threshold(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.inria_table import choose_threshold
+
+    model = choose_threshold(options.data, options.model)
+    console.print(f"score threshold {model.score_threshold:.2f}")
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
-        write_json(options.out / "evaluation.json", {"rows": [asdict(row) for row in rows]})
-        console.print(f"figures in {options.out / 'evaluation.json'}", soft_wrap=True)
-    return 0
+        model.save(options.out / "acf.npz")
+        console.print(f"model in {options.out / 'acf.npz'}", soft_wrap=True)
+
+
+def _photographs(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.detection.inria import load_test_photographs, photographs_note
+    from han_bullet.evaluation_report import HEADINGS, LEGEND, cells, write_report
+    from han_bullet.inria_table import evaluate_stages, load_stages
+
+    images = load_test_photographs(options.data)
+    note = photographs_note(options.data, images)
+    detectors = load_stages([options.model, *options.compare], options.classifier)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("evaluate", total=len(images))
+        rows = evaluate_stages(images, detectors, lambda done: bar.update(task, completed=done))
+    _print_table(HEADINGS, map(cells, rows), console)
+    console.print(f"{LEGEND}\n{note}", soft_wrap=True)
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+        write_report(options.out, rows, note)
+        console.print(f"figures in {options.out}/", soft_wrap=True)
+
+
+def _print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], console: Console) -> None:
+    table = Table(*headings, box=box.SIMPLE_HEAD, show_edge=False)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
