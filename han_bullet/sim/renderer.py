@@ -16,9 +16,10 @@ from han_bullet.errors import BadInputError
 from han_bullet.geometry import camera_on_robot
 from han_bullet.sim.drawn_scene import DrawnBody, DrawnScene
 from han_bullet.sim.image_noise import ImageNoise
-from han_bullet.sim.lens import depth_in_buffer, visible_part, whole
+from han_bullet.sim.lens import Crop, depth_in_buffer, visible_part, whole
 from han_bullet.sim.raster import Image, Raster, View, draw
 from han_bullet.sim.scene_state import DevicesOn, SceneState
+from han_bullet.sim.silhouette import Silhouette, silhouette_of
 from han_bullet.world_schema import CeilingCamera, Light, World
 
 __all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer", "SceneState"]
@@ -50,19 +51,19 @@ class Renderer:
         Raises:
             BadInputError: No camera has that name.
         """
-        camera = self._world.camera(camera_name)
-        bodies = self._scene.people(state.people)
-        if isinstance(camera, CeilingCamera):
-            view = View(camera.intrinsics, camera.camera_in_world)
-            raster = self._background(camera, state.devices_on).copy()
-            bodies.append(self._scene.robot(state.robot))
-        else:  # without the robot: its camera looks over the base from inside the head
-            mount = (camera.forward, camera.height, camera.pitch_down)
-            view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
-            raster = self._draw_room(view, state.devices_on)
-        for body in bodies:
-            self._join(raster, body, view)
-        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
+        return self._add_noise(self._draw(camera_name, state)[0], camera_name, state)
+
+    def render_with_people(self, camera_name: str, state: SceneState) -> tuple[Image, tuple[Silhouette | None, ...]]:
+        """Return the same picture and what it truly shows of each person, in the order of the world.
+
+        None stands for a person of whom no pixel lies in the picture or whom the building hides altogether.
+
+        Raises:
+            BadInputError: No camera has that name.
+        """
+        raster, bodies = self._draw(camera_name, state)
+        people = tuple(body and silhouette_of(*body, raster) for body in bodies[: len(state.people)])
+        return self._add_noise(raster, camera_name, state), people
 
     def calibration_image(self, camera_name: str) -> Image:
         """Return the picture of a fixed camera with neither people nor robot, devices as at the start.
@@ -80,6 +81,23 @@ class Renderer:
         """Close all clients."""
         self._scene.close()
 
+    def _draw(self, camera_name: str, state: SceneState) -> tuple[Raster, list[tuple[Raster, Crop] | None]]:
+        """Return the picture without noise, and each body alone in its part of it; the people come first."""
+        camera = self._world.camera(camera_name)
+        bodies = self._scene.people(state.people)
+        if isinstance(camera, CeilingCamera):
+            view = View(camera.intrinsics, camera.camera_in_world)
+            raster = self._background(camera, state.devices_on).copy()
+            bodies.append(self._scene.robot(state.robot))
+        else:  # without the robot: its camera looks over the base from inside the head
+            mount = (camera.forward, camera.height, camera.pitch_down)
+            view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
+            raster = self._draw_room(view, state.devices_on)
+        return raster, [self._join(raster, body, view) for body in bodies]
+
+    def _add_noise(self, raster: Raster, camera_name: str, state: SceneState) -> Image:
+        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
+
     def _background(self, camera: CeilingCamera, devices_on: DevicesOn) -> Raster:
         key = (camera.name, devices_on)
         if key not in self._backgrounds:
@@ -92,16 +110,19 @@ class Renderer:
         raster.fill_empty(_ceiling_colour(self._world.light))
         return raster
 
-    def _join(self, raster: Raster, body: DrawnBody, view: View) -> None:
-        """Draw a body into a picture, unless it is out of view or the building hides all of it."""
+    def _join(self, raster: Raster, body: DrawnBody, view: View) -> tuple[Raster, Crop] | None:
+        """Draw a body into a picture and return it alone; None if out of view or if the building hides all of it."""
         if body.pose_in_world.distance_to(view.camera_in_world[:2, 3]) < CLOSEST:
-            return
+            return None
         part = visible_part(body.corners_in_world, view.intrinsics, view.camera_in_world)
         if part is None:
-            return
+            return None
         crop, nearest = part
-        if raster.depth[crop.window].max() >= depth_in_buffer(nearest):
-            raster.join(draw(body.client, view, crop, self._world.light), crop)
+        if raster.depth[crop.window].max() < depth_in_buffer(nearest):
+            return None
+        alone = draw(body.client, view, crop, self._world.light)
+        raster.join(alone, crop)
+        return alone, crop
 
 
 def _ceiling_colour(light: Light) -> tuple[int, int, int]:
