@@ -37,7 +37,7 @@ def test_the_table_is_shown_and_its_files_are_written(
     assert main(["evaluate", "--data", str(data), "--out", str(out)]) == 0
     shown = capsys.readouterr().out
     assert "ACF + CNN" in shown and "paper rule" in shown and "2 INRIA test photographs with 1 people" in shown
-    assert {path.name for path in out.iterdir()} == {"evaluation.json", "evaluation.md", "miss_rate.png"}
+    assert {path.name for path in out.iterdir()} == {"evaluation.json", "evaluation.md", "miss_rate_INRIA.png"}
     assert len(json.loads((out / "evaluation.json").read_text())["rows"]) == 4
 
 
@@ -48,10 +48,27 @@ def test_other_models_stand_in_the_same_table(data: Path, tmp_path: Path, capsys
     assert [row["model"] for row in rows] == ["acf_inria"] * 8
 
 
+def test_rendered_sequences_are_measured_without_photographs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", "--rendered", "--frames", "8", "--out", str(tmp_path / "out")]) == 0
+    assert "8 rendered frames of each sequence" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
+    assert [row["images"] for row in rows] == ["corridor"] * 4 + ["MBOT"] * 4
+    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {
+        "miss_rate_corridor.png",
+        "miss_rate_MBOT.png",
+    }
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "--data"),
+        ([], "either --data DIR with photographs or --rendered"),
+        (["--data", "{data}", "--rendered"], "either --data DIR with photographs or --rendered"),
+        (["--rendered", "--choose-threshold"], "--choose-threshold is for photographs"),
+        (["--rendered", "--frames", "0"], "'0' is not a whole number of at least 1"),
+        (["--rendered", "--frames", "1", "--model", "acf_nowhere"], "acf_nowhere"),
         (["--data", "nowhere"], "'nowhere' does not exist"),
         (["--data", "{empty}"], "neither inria/ nor INRIAPerson/"),
         (["--data", "{data}", "--model", "acf_nowhere"], "acf_nowhere"),

@@ -15,14 +15,10 @@ from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import load_detector
 from han_bullet.detection.evaluation import Counts
 from han_bullet.detection.inria import load_test_photographs
-from han_bullet.detection.staged_image import Stages
+from han_bullet.detection.stages import Stages, load_stages
+from han_bullet.detector_figures import FiguresRow
 from han_bullet.errors import BadInputError
-from han_bullet.inria_table import (
-    TableRow,
-    choose_threshold,
-    evaluate_stages,
-    load_stages,
-)
+from han_bullet.inria_table import choose_threshold, evaluate_photographs
 
 BAR = (24, 92)  # width and height [px]
 BRIGHT, GREY = 240, 75
@@ -71,8 +67,8 @@ def fresh(tmp_path: Path) -> str:
     return str(tmp_path / "fresh.npz")
 
 
-def table(data: Path, model: str) -> list[TableRow]:
-    return evaluate_stages(load_test_photographs(data), load_stages([model], "default"))
+def table(data: Path, model: str) -> list[FiguresRow]:
+    return evaluate_photographs(load_test_photographs(data), load_stages([model], "default"))
 
 
 def test_a_fresh_model_gets_a_threshold_that_leaves_the_false_positives_allowed_and_is_usable(
@@ -95,7 +91,7 @@ def test_a_threshold_can_be_chosen_anew_for_a_model_that_has_one(data: Path, fre
 
 def test_a_model_without_a_threshold_is_evaluated_on_all_proposals(data: Path, fresh: str) -> None:
     done: list[int] = []
-    alone, both = evaluate_stages(load_test_photographs(data), load_stages([fresh], "default"), done.append)
+    alone, both = evaluate_photographs(load_test_photographs(data), load_stages([fresh], "default"), done.append)
     assert (alone.detector, alone.model, alone.rule, alone.threshold) == ("ACF", "fresh", "-", None)
     assert (both.detector, both.model, both.rule, both.threshold) == ("ACF + CNN", "fresh", "paper rule", None)
     assert alone.evaluation.counts() == Counts(PICTURES, 3 * PICTURES, 0)  # a second box of each bar
@@ -124,7 +120,7 @@ def test_several_models_stand_in_one_table_with_the_same_figures_as_alone(
 ) -> None:
     load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "other.npz")
     other = str(tmp_path / "other.npz")
-    together = evaluate_stages(load_test_photographs(data), load_stages([fresh, other], "default"))
+    together = evaluate_photographs(load_test_photographs(data), load_stages([fresh, other], "default"))
     assert [row.model for row in together] == ["fresh"] * 2 + ["other"] * 4
     alone = [*table(data, fresh), *table(data, other)]
     assert [row.evaluation.counts() for row in together] == [row.evaluation.counts() for row in alone]
@@ -167,7 +163,7 @@ def test_rows_derive_from_one_look_with_the_time_of_the_proposals_that_reach_the
         return boxes, np.array([90.0, 80.0, *range(8)])
 
     stages = Stages("ACF", "made up", propose, 50.0, MadeUpClassifier(clock))
-    rows = evaluate_stages(load_test_photographs(data), [stages])
+    rows = evaluate_photographs(load_test_photographs(data), [stages])
     counts = [row.evaluation.counts() for row in rows]
     assert counts == [Counts(PICTURES, false * PICTURES, 0) for false in (9, 1, 8, 0)]
     seconds = [1.0 / row.frames_per_second for row in rows]

@@ -1,17 +1,23 @@
-"""`han-bullet evaluate`: the figures of the pedestrian detector on photographs."""
+"""`han-bullet evaluate`: the figures of the pedestrian detector on photographs and on rendered sequences."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich import box
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from han_bullet.commands.parsing import Commands, Parser, command, output_folder
+from han_bullet.commands.parsing import Commands, Parser, command, output_folder, positive
+from han_bullet.errors import BadInputError
+
+if TYPE_CHECKING:
+    from han_bullet.detector_figures import FiguresRow
+
+FRAMES = 500  # of each rendered sequence
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -19,28 +25,40 @@ def add(commands: Commands[Parser]) -> None:
     parser = command(
         commands,
         "evaluate",
-        "miss rate and speed of the detector on the INRIA test photographs, with and without the CNN",
+        "miss rate and speed of the detector, with and without the CNN, on the INRIA test photographs or on renderings",
         "  han-bullet evaluate --data DIR\n"
         "  han-bullet evaluate --data DIR --model my_acf.npz --classifier my_cnn.safetensors --out runs/mine\n"
         "  han-bullet evaluate --data DIR --compare AcfInriaDetector.mat --out runs/compared\n"
-        "  han-bullet evaluate --data DIR --model my_acf.npz --choose-threshold --out runs/mine",
+        "  han-bullet evaluate --data DIR --model my_acf.npz --choose-threshold --out runs/mine\n"
+        "  han-bullet evaluate --rendered --frames 200",
     )
     add_option = parser.add_argument
-    add_option("--data", type=Path, required=True, metavar="DIR", help="folder with inria/ or INRIAPerson/ in it")
+    add_option("--data", type=Path, metavar="DIR", help="folder of the photographs, with inria/ or INRIAPerson/ in it")
+    add_option("--rendered", action="store_true", help="instead: a ceiling camera's and the robot's rendered sequence")
+    add_option("--frames", type=positive, default=FRAMES, help=f"of each rendered sequence (default {FRAMES})")
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
     add_option("--compare", nargs="+", default=[], metavar="NAME|FILE", help="other models, in the same table")
     add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
-    add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and miss_rate.png")
+    add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and the curves as pictures")
     add_option(
         "--choose-threshold",
         action="store_true",
-        help="choose the score that leaves 0.45 false positives per image; with --out, write the model with it",
+        help="choose the score that leaves 0.45 false positives per photograph; with --out, write the model with it",
     )
     parser.set_defaults(handler=_evaluate)
 
 
 def _evaluate(options: argparse.Namespace, console: Console) -> int:
-    (_choose_threshold if options.choose_threshold else _photographs)(options, console)
+    if (options.data is None) != options.rendered:
+        raise BadInputError("evaluate needs either --data DIR with photographs or --rendered; see evaluate --help")
+    if options.choose_threshold and options.rendered:
+        raise BadInputError("--choose-threshold is for photographs: --data DIR instead of --rendered")
+    if options.choose_threshold:
+        _choose_threshold(options, console)
+    elif options.rendered:
+        _rendered(options, console)
+    else:
+        _photographs(options, console)
     return 0
 
 
@@ -57,25 +75,62 @@ def _choose_threshold(options: argparse.Namespace, console: Console) -> None:
 
 def _photographs(options: argparse.Namespace, console: Console) -> None:
     from han_bullet.detection.inria import load_test_photographs, photographs_note
-    from han_bullet.evaluation_report import HEADINGS, LEGEND, cells, write_report
-    from han_bullet.inria_table import evaluate_stages, load_stages
+    from han_bullet.detection.stages import load_stages
+    from han_bullet.evaluation_report import LEGEND, PHOTOGRAPHS
+    from han_bullet.inria_table import evaluate_photographs
 
     images = load_test_photographs(options.data)
-    note = photographs_note(options.data, images)
     detectors = load_stages([options.model, *options.compare], options.classifier)
+    rows = _with_bar(len(images), console, lambda report: evaluate_photographs(images, detectors, report))
+    notes = {"figures": LEGEND, "images": photographs_note(options.data, images), "classifier": options.classifier}
+    _show(rows, PHOTOGRAPHS, notes, options.out, console)
+
+
+def _rendered(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.detection.stages import load_stages
+    from han_bullet.evaluation_report import RENDERED, RENDERED_LEGEND
+    from han_bullet.rendered_table import SEQUENCES, evaluate_rendered
+
+    detectors = load_stages([options.model, *options.compare], options.classifier)
+    total = len(SEQUENCES) * options.frames
+    rows = _with_bar(total, console, lambda report: evaluate_rendered(options.frames, detectors, report))
+    note = f"{options.frames} rendered frames of each sequence; people cut, hidden, small or seen steeply are ignored"
+    notes = {"figures": RENDERED_LEGEND, "images": note, "classifier": options.classifier}
+    _show(rows, RENDERED, notes, options.out, console)
+
+
+def _with_bar(
+    total: int, console: Console, work: Callable[[Callable[[int], None]], list[FiguresRow]]
+) -> list[FiguresRow]:
+    """Do work that reports how many images are done."""
     with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("evaluate", total=len(images))
-        rows = evaluate_stages(images, detectors, lambda done: bar.update(task, completed=done))
-    _print_table(HEADINGS, map(cells, rows), console)
-    console.print(f"{LEGEND}\n{note}", soft_wrap=True)
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        write_report(options.out, rows, note)
-        console.print(f"figures in {options.out}/", soft_wrap=True)
+        task = bar.add_task("evaluate", total=total)
+        return work(lambda done: bar.update(task, completed=done))
 
 
-def _print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], console: Console) -> None:
-    table = Table(*headings, box=box.SIMPLE_HEAD, show_edge=False)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+def _show(
+    rows: Sequence[FiguresRow], headings: Sequence[str], notes: Mapping[str, str], out: Path | None, console: Console
+) -> None:
+    from han_bullet.evaluation_report import write_report
+
+    for name in dict.fromkeys(row.images for row in rows):
+        console.print(_table([row for row in rows if row.images == name], headings))
+    console.print(f"\n{notes['figures']}\n{notes['images']}", soft_wrap=True)
+    if out:
+        out.mkdir(parents=True, exist_ok=True)
+        write_report(out, rows, headings, notes)
+        console.print(f"figures in {out}/", soft_wrap=True)
+
+
+def _table(rows: Sequence[FiguresRow], headings: Sequence[str]) -> Table:
+    """Return the table of one set of images, without columns that would say the same in each line."""
+    from han_bullet.evaluation_report import cells
+
+    same = {"images"} | ({"model"} if len({row.model for row in rows}) == 1 else set())
+    shown = [heading for heading in headings if heading not in same]
+    title = f"{rows[0].images}, {rows[0].model}" if "model" in same else rows[0].images
+    columns = [heading.replace(" ", "\n") for heading in shown]
+    table = Table(*columns, title=title, title_justify="left", box=None, padding=(0, 1, 0, 0))
+    for line in cells(rows, shown):
+        table.add_row(*line)
+    return table

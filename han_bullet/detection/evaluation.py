@@ -116,7 +116,7 @@ class Evaluation:
         """
         people = sum(image.people for image in judged)
         if people == 0:
-            raise BadInputError(f"{len(judged)} images with no person in them: a miss rate needs at least one")
+            raise BadInputError(f"{len(judged)} images with no person in them who counts: a miss rate needs at least one")
         scores = np.concatenate([image.scores for image in judged])
         order = np.argsort(-scores, kind="stable")
         return cls(scores[order], np.concatenate([image.hits for image in judged])[order], len(judged), people)
@@ -141,6 +141,14 @@ class Evaluation:
         kept = self.hits[self.scores >= threshold]
         hits = int(kept.sum())
         return Counts(hits, kept.size - hits, self.people - hits)
+
+    def recall(self) -> float:
+        """Return the share of the people that is found."""
+        return float(self.hits.sum()) / self.people
+
+    def false_positives_per_image(self) -> float:
+        """Return how many detections per image are nobody, or somebody twice."""
+        return float((~self.hits).sum()) / self.images
 
     def above(self, threshold: float) -> Evaluation:
         """Return the evaluation of the detections with at least this score."""

@@ -1,47 +1,20 @@
-"""What the two stages found in an image and how long they took, kept so that every figure derives from one pass."""
+"""What the two stages found in an image and how long they took, kept so that every figure derives from one look."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.evaluation import Detect, Evaluation, judge
+from han_bullet.detection.evaluation import JudgedImage, judge
 from han_bullet.detection.pictures import Image
 from han_bullet.detection.rules import Rule
+from han_bullet.detection.stages import Stages
 from han_bullet.geometry import Array
-
-if TYPE_CHECKING:  # torch is slow to import
-    from han_bullet.detection.cnn import Classifier
-
-
-@dataclass(frozen=True)
-class Stages:
-    """A detector taken apart.
-
-    Attributes:
-        kind: Of its first stage, such as "ACF".
-        model: Of its first stage, by name.
-        propose: The first stage, without a threshold.
-        threshold: Least score of a proposal that it recommends; None if it has none.
-        classifier: The second stage; None for a detector without one.
-    """
-
-    kind: str
-    model: str
-    propose: Detect
-    threshold: float | None = None
-    classifier: Classifier | None = None
-
-    @property
-    def thresholds(self) -> tuple[float | None, ...]:
-        """Return those that figures are given for: None, all proposals, and the recommended one where there is one."""
-        return (None,) if self.threshold is None else (None, self.threshold)
 
 
 @dataclass(frozen=True)
@@ -65,7 +38,21 @@ class StagedImage:
     people: Array
     ignored: Array
     proposing: float
-    classifying: dict[float | None, float]
+    classifying: Mapping[float | None, float]
+
+    def proposals(self, threshold: float | None) -> NDArray[np.bool_]:
+        """Tell which proposals reach a threshold, (n,); None: all do."""
+        return _reaching(self.scores, threshold)
+
+    def decide(self, rule: Rule, threshold: float | None) -> tuple[Array, Array]:
+        """Return boxes, (m, 4), and scores, (m,), of what a rule keeps of the proposals that reach a threshold."""
+        kept, ranking = rule.apply(self.scores, self.probabilities)
+        kept = kept & self.proposals(threshold)
+        return self.boxes[kept], ranking[kept]
+
+    def judge(self, rule: Rule, threshold: float | None) -> JudgedImage:
+        """Hold what `decide` returns against the people in the image."""
+        return judge(*self.decide(rule, threshold), self.people, self.ignored)
 
 
 def look(stages: Stages, image: Image, people: Array, ignored: Array) -> StagedImage:
@@ -84,7 +71,7 @@ def look(stages: Stages, image: Image, people: Array, ignored: Array) -> StagedI
     classifying: dict[float | None, float] = {}
     if stages.classifier is not None:
         for threshold in stages.thresholds:
-            batch = boxes[_at_least(scores, threshold)]
+            batch = boxes[_reaching(scores, threshold)]
             started = perf_counter()
             answers = stages.classifier.probabilities(image, batch)
             classifying[threshold] = perf_counter() - started
@@ -92,21 +79,6 @@ def look(stages: Stages, image: Image, people: Array, ignored: Array) -> StagedI
     return StagedImage(boxes, scores, probabilities, people, ignored, proposing, classifying)
 
 
-def decide(images: Sequence[StagedImage], rule: Rule, threshold: float | None) -> Evaluation:
-    """Return how well a rule does on the proposals with at least this first-stage score; None: on all.
-
-    Raises:
-        BadInputError: If there is nobody to find.
-    """
-    judged = []
-    for image in images:
-        kept, ranking = rule.apply(image.scores, image.probabilities)
-        kept = kept & _at_least(image.scores, threshold)
-        judged.append(judge(image.boxes[kept], ranking[kept], image.people, image.ignored))
-    return Evaluation.of(judged)
-
-
-def _at_least(scores: Array, threshold: float | None) -> NDArray[np.bool_]:
-    """Tell which scores reach a threshold, (n,); None: all do."""
+def _reaching(scores: Array, threshold: float | None) -> NDArray[np.bool_]:
     reached: NDArray[np.bool_] = scores >= (-math.inf if threshold is None else threshold)
     return reached
