@@ -51,8 +51,8 @@ def test_other_models_stand_in_the_same_table(data: Path, tmp_path: Path, capsys
 def test_rendered_sequences_are_measured_without_photographs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["evaluate", "--rendered", "--frames", "8", "--out", str(tmp_path / "out")]) == 0
-    assert "8 rendered frames of each sequence" in capsys.readouterr().out
+    assert main(["evaluate", "--rendered", "--frames", "20", "--out", str(tmp_path / "out")]) == 0
+    assert "20 rendered frames of each sequence" in capsys.readouterr().out
     rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
     assert [row["images"] for row in rows] == ["corridor"] * 4 + ["MBOT"] * 4
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {

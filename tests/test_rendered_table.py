@@ -8,7 +8,7 @@ from han_bullet.detection.stages import Stages
 from han_bullet.rendered_sequences import RenderedFrame, corridor, mbot
 from han_bullet.rendered_table import SEED, evaluate_rendered
 
-FRAMES = 8
+FRAMES = 20
 
 
 @pytest.fixture(scope="module")
