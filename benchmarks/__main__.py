@@ -7,6 +7,7 @@ from pathlib import Path
 
 BENCHMARKS = (
     ("stage_timing",),
+    ("exhaustive_cnn",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )

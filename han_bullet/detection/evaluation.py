@@ -116,7 +116,7 @@ class Evaluation:
         """
         people = sum(image.people for image in judged)
         if people == 0:
-            raise BadInputError(f"{len(judged)} images with no person in them who counts: a miss rate needs at least one")
+            raise BadInputError(f"{len(judged)} images, and no person in them who counts: a miss rate needs one")
         scores = np.concatenate([image.scores for image in judged])
         order = np.argsort(-scores, kind="stable")
         return cls(scores[order], np.concatenate([image.hits for image in judged])[order], len(judged), people)
