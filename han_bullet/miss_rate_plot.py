@@ -15,8 +15,8 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.evaluation import REFERENCE_RATES, Evaluation
 
 RATES = (1e-3, 1e1)  # false positives per image
-MISS_RATES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.64, 0.8, 1.0)  # ticks
-LOWEST = 0.03
+MISS_RATES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.64, 0.8, 1.0)  # ticks
+LOWEST = 0.03  # miss rate shown, unless a curve falls below it
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,11 @@ def draw_miss_rates(path: Path, curves: Sequence[Curve]) -> None:
     best_first = sorted(curves, key=lambda curve: curve.evaluation.log_average_miss_rate())
     for number, curve in enumerate(best_first):
         _draw(axes, curve, f"C{number}")
-    axes.set(xscale="log", yscale="log", xlim=RATES, ylim=(LOWEST, 1.0))
+    reached = min(float(curve.evaluation.reference_miss_rates().min()) for curve in curves)
+    axes.set(xscale="log", yscale="log")
     axes.set_yticks(MISS_RATES, [f"{rate:g}" for rate in MISS_RATES])
     axes.minorticks_off()
+    axes.set(xlim=RATES, ylim=(max(min(LOWEST, 0.7 * reached), 1e-3), 1.0))
     axes.grid(color="0.85")
     axes.set(xlabel="false positives per image", ylabel="miss rate")
     axes.legend(loc="lower left", fontsize="small", title="log-average miss rate", alignment="left")
