@@ -37,7 +37,7 @@ class Outfit:
     bag: Colour | None = None
 
 
-_LIGHT_SKIN, _TAN_SKIN, _DARK_SKIN = (0.87, 0.70, 0.60), (0.74, 0.55, 0.43), (0.44, 0.30, 0.23)
+_LIGHT_SKIN, _TAN_SKIN, _DARK_SKIN = (0.76, 0.57, 0.47), (0.64, 0.45, 0.34), (0.36, 0.24, 0.18)
 _BLACK_HAIR, _BROWN_HAIR = (0.08, 0.07, 0.07), (0.26, 0.17, 0.11)
 _BLOND_HAIR, _GREY_HAIR = (0.66, 0.52, 0.32), (0.55, 0.54, 0.53)
 _NAVY, _BLACK, _JEANS, _KHAKI = (0.10, 0.12, 0.20), (0.09, 0.09, 0.10), (0.16, 0.22, 0.36), (0.40, 0.33, 0.24)
@@ -47,7 +47,7 @@ OUTFITS: tuple[Outfit, ...] = (
     Outfit((0.66, 0.14, 0.13), _JEANS, (0.25, 0.22, 0.20), _BLACK_HAIR, _TAN_SKIN, long_sleeves=False),
     Outfit((0.13, 0.13, 0.15), (0.34, 0.38, 0.46), _SHOES, _BLOND_HAIR, _LIGHT_SKIN, coat=True),
     Outfit((0.20, 0.42, 0.26), (0.30, 0.25, 0.19), _SHOES, _BLACK_HAIR, _DARK_SKIN, bag=(0.16, 0.14, 0.13)),
-    Outfit((0.50, 0.32, 0.13), _NAVY, (0.20, 0.18, 0.17), _GREY_HAIR, _LIGHT_SKIN, long_sleeves=False),
+    Outfit((0.50, 0.32, 0.13), _NAVY, (0.20, 0.18, 0.17), _GREY_HAIR, _LIGHT_SKIN),
     Outfit((0.36, 0.20, 0.42), _BLACK, (0.28, 0.25, 0.24), _BROWN_HAIR, _TAN_SKIN),
     Outfit((0.24, 0.26, 0.28), _KHAKI, _SHOES, _BLACK_HAIR, _LIGHT_SKIN, coat=True),
     Outfit((0.10, 0.36, 0.42), (0.20, 0.20, 0.22), _BLACK, _BLACK_HAIR, _DARK_SKIN, long_sleeves=False, shorts=True),

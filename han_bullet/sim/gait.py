@@ -36,7 +36,7 @@ STILL_SPEED = 0.05  # [m/s], below this a person stands
 MISPLACED = 0.06  # [m] and
 MISALIGNED = 0.35  # [rad]: a standing person's foot that is further off takes a step
 SIT_TIME = 1.0  # [s] to sit down or stand up
-STAGGER = 0.05  # [m] that each foot stands before or behind the hips,
+STAGGER = 0.10  # [m] that each foot stands before or behind the hips,
 TOE_OUT = 0.12  # [rad] that it points outward: nobody stands to attention
 TELEPORT = 0.5  # [m] in one call: the feet start afresh
 
@@ -155,6 +155,8 @@ class Gait:
         """Lift feet whose turn it is and move those in the air."""
         for foot in self._feet:
             foot.ahead = self._ahead(foot, pose)
+        if self._speed < STILL_SPEED:
+            self._since_lift = math.inf  # the first step of the next walk comes at once
         if all(foot.planted for foot in self._feet):
             self._lift(pose)
         self._since_lift += moved
@@ -168,17 +170,19 @@ class Gait:
     def _lift(self, pose: Pose2D) -> None:
         """Lift a foot: in turns every half stride while walking, the one that stands worse otherwise."""
         if self._speed >= STILL_SPEED:
-            foot = self._feet[self._next]
+            first = math.isinf(self._since_lift)
+            foot = min(self._feet, key=lambda each: each.ahead) if first else self._feet[self._next]
             lag = self._reach_ahead(foot.side) - (self._stride - self._speed * self._swing_time) - 0.03
-            lift = self._since_lift >= 0.5 * self._stride or foot.ahead < lag
+            behind = max(each.ahead for each in self._feet) < 0.0  # gathering speed: both feet would be left behind
+            lift = self._since_lift >= 0.5 * self._stride or foot.ahead < lag or behind
         else:
-            self._since_lift = math.inf  # the first step of the next walk comes at once
             foot = max(self._feet, key=lambda each: self._misplacement(each, pose))
             lift = self._misplacement(foot, pose) > 1.0
         if lift:
             foot.progress, foot.lift_pitch = 0.0, foot.pitch
             foot.haste = FIRST_STEP_HASTE if math.isinf(self._since_lift) else 1.0
-            self._since_lift, self._next = 0.0, 1 - self._feet.index(foot)
+            self._since_lift = 0.0
+            self._next = 1 - self._feet.index(foot)
 
     def _misplacement(self, foot: _Foot, pose: Pose2D) -> float:
         best = self._neutral(pose, foot.side)
