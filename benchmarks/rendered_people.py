@@ -18,7 +18,7 @@ from rich.progress import Progress
 from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
 from han_bullet.detection.detector import PedestrianDetector, load_detector
-from han_bullet.detection.evaluation import SMALLEST_MATCH, fix_aspect
+from han_bullet.detection.matching import SMALLEST_MATCH, fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array
