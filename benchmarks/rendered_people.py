@@ -75,12 +75,11 @@ def assign(boxes: Array, people: Array) -> list[int | None]:
 
 
 def on_ignored(boxes: Array, ignored: Array) -> Array:
-    """Tell which detections, (n, 4), lie with half their own area on somebody who does not count, or match them."""
+    """Tell which detections, (n, 4), lie with half their own area on somebody who does not count, (m, 4) [px]."""
     a, b = boxes[:, None], ignored[None]
     sides = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
     share = np.prod(np.maximum(sides, 0.0), axis=-1) / np.prod(a[..., 2:], axis=-1)
-    matching = intersection_over_union(boxes, fix_aspect(ignored)) >= SMALLEST_MATCH
-    return (matching | (share >= IGNORED_SHARE)).any(axis=1)
+    return np.any(share >= IGNORED_SHARE, axis=1)
 
 
 def judge(frame: RenderedFrame, found: Detections, tally: Tally, sheets: tuple[ContactSheet, ContactSheet]) -> None:
@@ -106,21 +105,29 @@ def describe(person: PersonInPicture) -> str:
     return f"{person.box[3]:.0f} px {100 * person.hidden:.0f}% {steep:.0f} deg, turned {turned:.0f}"
 
 
-def detections(detector: PedestrianDetector, frame: RenderedFrame) -> Iterator[tuple[str, Detections]]:
-    """Yield what is found in a frame by the image detector alone and, of a fixed camera, with the still scene."""
-    yield "image alone", detector.detect([replace(frame.frame, fixed=False)])[0]
-    if frame.empty is not None:
-        detector.calibrate([replace(frame.frame, image=frame.empty)])
-        yield "with still scene", detector.detect([frame.frame])[0]
+class BothWays:
+    """Detects in a frame alone and, where the camera is fixed, with the still scene as in a run."""
+
+    def __init__(self, detector: PedestrianDetector) -> None:
+        self._detector = detector
+        self._calibrated: object = None
+
+    def detect(self, frame: RenderedFrame) -> list[tuple[str, Detections]]:
+        """Return the name of each way and what it finds."""
+        ways = [("image alone", self._detector.detect([replace(frame.frame, fixed=False)])[0])]
+        if frame.empty is None:
+            return ways
+        if frame.empty is not self._calibrated:  # once for a take
+            self._detector.calibrate([replace(frame.frame, image=frame.empty)])
+            self._calibrated = frame.empty
+        return [*ways, ("with still scene", self._detector.detect([frame.frame])[0])]
 
 
-def measure(
-    name: str, frames: Iterator[RenderedFrame], detector: PedestrianDetector, out: Path | None
-) -> Iterator[Tally]:
+def measure(name: str, frames: Iterator[RenderedFrame], detector: BothWays, out: Path | None) -> Iterator[Tally]:
     """Yield a tally for each way to detect, over one sequence; save contact sheets where a folder is given."""
     tallies: dict[str, tuple[Tally, tuple[ContactSheet, ContactSheet]]] = {}
     for frame in frames:
-        for way, found in detections(detector, frame):
+        for way, found in detector.detect(frame):
             if way not in tallies:
                 tallies[way] = Tally(f"{name}, {way}"), (ContactSheet(), ContactSheet())
             judge(frame, found, *tallies[way])
@@ -158,7 +165,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder for contact sheets of misses and false positives")
     options = parser.parse_args()
     use_one_thread()
-    detector = load_detector(options.model)
+    detector = BothWays(load_detector(options.model))
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
     tallies: list[Tally] = []

@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,18 +118,24 @@ def couch(frames: int, seed: int, report: Report = lambda done: None) -> Iterato
 
 
 def _frames(takes: Iterator[Take], take_frames: int, frames: int, report: Report) -> Iterator[RenderedFrame]:
-    numbered = (frame for number, take in enumerate(takes) for frame in _frames_of(take, number, take_frames))
+    numbered = (frame for number, take in enumerate(takes) for frame in film(take, number, take_frames))
     for done, frame in enumerate(itertools.islice(numbered, frames), start=1):
         report(done)
         yield frame
 
 
-def _frames_of(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
-    """Yield the first frames of a take."""
+def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
+    """Yield the first frames of a take.
+
+    Args:
+        take: The scene.
+        number: Given to its frames.
+        count: How many frames.
+    """
     source = _SilhouetteSource(Renderer(take.world, take.seed))
     fixed = isinstance(take.camera, CeilingCamera)
     empty = source.renderer.calibration_image(take.camera.name) if fixed else None
-    with Simulator(take.world, renderer=source) as simulator:
+    with closing(source.renderer), Simulator(take.world, renderer=source) as simulator:
         observation = simulator.reset()
         while count:
             for frame in observation.frames:
@@ -136,7 +143,6 @@ def _frames_of(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
                 count -= 1
             truth = simulator.truth
             observation = simulator.step(take.command(truth.pose_robot_in_world, truth.time))
-    source.renderer.close()
 
 
 class _SilhouetteSource(FrameSource):

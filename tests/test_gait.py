@@ -9,10 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D
+from han_bullet.geometry import Array, Pose2D, wrap_angle
 from han_bullet.messages import Posture
+from han_bullet.sim.behaviours import Walking
 from han_bullet.sim.gait import JOINTS, BodyPose, Gait
 from han_bullet.sim.skeleton import Skeleton, leg_angles, skeleton_of
+from han_bullet.sim.trigger import RobotNow
+from han_bullet.world_schema import Walk
 
 DT = 0.05  # [s]
 SIDES = (("left", 1.0), ("right", -1.0))
@@ -141,6 +144,26 @@ def test_a_person_turning_on_the_spot_steps_round_without_sliding() -> None:
         direction = math.atan2(foot[1, 1] - foot[0, 1], foot[1, 0] - foot[0, 0])
         assert abs(direction - 2.0) < 0.5
     assert joint_speed(bodies) < 10.0
+
+
+@pytest.mark.parametrize("speed", [0.35, 0.9, 1.3])
+def test_a_walker_who_turns_back_takes_steps_and_no_splits(speed: float) -> None:
+    to_and_fro = Walk(waypoints=((1.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (-1.0, 0.0)), speed=speed)
+    behaviour, gait, bodies = Walking(Pose2D(-0.3, 0.0, 0.0), to_and_fro), Gait("slim"), []
+    nobody = RobotNow(0.0, Pose2D(9.0, 9.0, 0.0), 0.0)
+    for _ in range(160):
+        for _ in range(12):
+            behaviour.advance(nobody, DT / 12.0)
+        bodies.append(gait.advance(behaviour.pose_in_world, behaviour.speed, DT, behaviour.posture))
+    turns = sum(
+        abs(wrap_angle(two.pose_in_world.yaw - one.pose_in_world.yaw)) for one, two in itertools.pairwise(bodies)
+    )
+    assert turns > math.pi  # it did turn back
+    feet = [soles("slim", body) for body in bodies]
+    apart = [np.linalg.norm((foot["left"][1] - foot["right"][1])[:2]) for foot in feet]
+    assert max(apart) < 1.0  # [m]; a stride at 1.3 m/s is 0.9 m from foot to foot
+    assert min(body.root_height for body in bodies) > 0.78
+    assert joint_speed(bodies) < 14.0
 
 
 @pytest.mark.parametrize(("build", "seat"), [("slim", 0.45), ("broad", 0.45)])
