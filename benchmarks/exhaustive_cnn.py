@@ -67,8 +67,8 @@ def both_stages(stages: Stages, image: NDArray[np.uint8]) -> tuple[int, float]:
     times = []
     for _ in range(REPETITIONS + 1):
         started = time.perf_counter()
-        boxes, scores = stages.propose(image)
-        boxes = boxes[scores >= (-np.inf if stages.threshold is None else stages.threshold)]
+        found = stages.propose(image)
+        boxes = found.boxes[found.scores >= (-np.inf if stages.threshold is None else stages.threshold)]
         if stages.classifier is not None:
             stages.classifier.probabilities(image, boxes)
         times.append(time.perf_counter() - started)

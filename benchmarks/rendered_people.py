@@ -17,7 +17,8 @@ from rich.progress import Progress
 
 from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
-from han_bullet.detection.detector import PedestrianDetector, load_detector
+from han_bullet.detection.camera_detector import CameraDetector
+from han_bullet.detection.loading import load_detector
 from han_bullet.detection.matching import SMALLEST_MATCH, fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
@@ -108,7 +109,7 @@ def describe(person: PersonInPicture) -> str:
 class BothWays:
     """Detects in a frame alone and, where the camera is fixed, with the still scene as in a run."""
 
-    def __init__(self, detector: PedestrianDetector) -> None:
+    def __init__(self, detector: CameraDetector) -> None:
         self._detector = detector
         self._calibrated: object = None
 
@@ -165,7 +166,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder for contact sheets of misses and false positives")
     options = parser.parse_args()
     use_one_thread()
-    detector = BothWays(load_detector(options.model))
+    detector = BothWays(CameraDetector(load_detector(options.model)))
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
     tallies: list[Tally] = []

@@ -53,13 +53,14 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     """Return a table of every stage's time, all in one process."""
     watch = Stopwatch()
     names = [camera.name for camera in world.cameras]
-    station = CameraStation(world, seed, names, DetectorChoice())
+    detector = DetectorChoice().load()
+    station = CameraStation(world, seed, names, detector)
     simulator = Simulator(world, renderer=station.frames)
     stack = build_stack(world, detector=station.detector, tracker=build_tracker(world))
     watch.watch(station.frames.renderer, "render", lambda camera, _state: f"render {camera}")
-    watch.watch(station.detector.proposer, "detect", "detect: ACF, one frame")
-    assert station.detector.classifier is not None
-    watch.watch(station.detector.classifier, "probabilities", "detect: CNN, one frame")
+    watch.watch(detector.proposer, "detect", "detect: ACF, one frame")
+    assert detector.classifier is not None
+    watch.watch(detector.classifier, "probabilities", "detect: CNN, one frame")
     watch.watch(stack.projection, "project", "project, one frame")
     watch.watch(stack.tracker, "update", "track")
     watch.watch(stack.situation, "update", "situation")

@@ -6,19 +6,19 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from han_bullet.detection.detector import Detector
-from han_bullet.messages import Detections, Frame, Posture, Scan, TrackedPerson, Truth
+from han_bullet.detection.camera_detector import FrameDetector
+from han_bullet.messages import Detections, Frame, FrameDetections, Posture, Scan, TrackedPerson, Truth
 from han_bullet.tracking.tracker import PeopleTracker
 
 CERTAIN = np.diag([1e-6, 1e-6, 1e-6, 1e-6])  # [m^2], [m^2/s^2]: the layers take sigma from here
 
 
-class NoDetector(Detector):
+class NoDetector(FrameDetector):
     """Find nobody."""
 
-    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
+    def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
         """Return empty detections, one per frame."""
-        return [Detections(f.camera, f.time, np.zeros((0, 4)), np.zeros(0), np.zeros(0)) for f in frames]
+        return [Detections.none().at(frame.camera, frame.time) for frame in frames]
 
 
 class TruthTracker(PeopleTracker):

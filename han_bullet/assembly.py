@@ -10,7 +10,7 @@ from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
-from han_bullet.detection.detector import Detector
+from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.messages import Device, GoTo, HandOver, Task
@@ -54,7 +54,7 @@ def field_of_view(world: World) -> FieldOfView:
 def build_stack(
     world: World,
     *,
-    detector: Detector,
+    detector: FrameDetector,
     tracker: PeopleTracker,
     without: Collection[str] = (),
     pass_side: str = "left",

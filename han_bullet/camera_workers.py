@@ -20,10 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.detector import Detector, PedestrianDetector, load_detector
+from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
+from han_bullet.detection.detector import Detector
+from han_bullet.detection.loading import load_detector
+from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
-from han_bullet.messages import Detections, Frame
+from han_bullet.messages import Frame, FrameDetections
 from han_bullet.sim.renderer import FrameSource, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
@@ -56,13 +59,13 @@ class CameraStation:
         world: The concrete world.
         seed: Of the image noise.
         cameras: Names of the cameras in use; the fixed ones calibrate the detector with a person-free image.
-        choice: The detector.
+        detector: Of single images.
     """
 
-    def __init__(self, world: World, seed: int, cameras: Sequence[str], choice: DetectorChoice) -> None:
+    def __init__(self, world: World, seed: int, cameras: Sequence[str], detector: Detector) -> None:
         use_one_thread()
         self.frames = InProcessRenderer(world, seed)
-        self.detector = choice.load()
+        self.detector = CameraDetector(detector)
         fixed = [world.camera(name) for name in cameras if isinstance(world.camera(name), CeilingCamera)]
         images = self.frames.calibration_images([camera.name for camera in fixed])
         self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
@@ -73,7 +76,7 @@ def _calibration_frame(camera: CeilingCamera | OnboardCamera, image: Image) -> F
     return Frame(camera.name, 0.0, image, camera.intrinsics, camera.camera_in_world, fixed=True)
 
 
-class CameraWorkers(FrameSource, Detector):
+class CameraWorkers(FrameSource, FrameDetector):
     """Worker processes that together are one source of frames and one detector.
 
     Args:
@@ -104,7 +107,7 @@ class CameraWorkers(FrameSource, Detector):
             theirs.close()
             self._workers.append((process, ours))
         self._threshold: float | None = None
-        self._found: dict[tuple[str, float], Detections] = {}
+        self._found: dict[tuple[str, float], FrameDetections] = {}
 
     def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
         """Return one image per camera, shape (height, width, 3), uint8.
@@ -116,7 +119,7 @@ class CameraWorkers(FrameSource, Detector):
         self._found = {(name, state.time): detections for name, detections in found.items()}
         return [self._view(name).copy() for name in cameras]
 
-    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
+    def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
         """Return the detections of frames whose pictures the last `render` made.
 
         Raises:
@@ -167,12 +170,12 @@ class CameraWorkers(FrameSource, Detector):
         """Put the onboard camera first: it renders everything and must not be the last one waited for."""
         return sorted(cameras, key=lambda name: name not in self._onboard)
 
-    def _spread(self, cameras: list[str], state: SceneState) -> dict[str, Detections]:
+    def _spread(self, cameras: list[str], state: SceneState) -> dict[str, FrameDetections]:
         """Hand each camera to the next free worker; return what was found, by camera."""
         self.wait_until_ready()
         waiting, free = list(cameras), list(self._workers)
         busy: dict[Connection, tuple[Any, str]] = {}
-        results: dict[str, Detections] = {}
+        results: dict[str, FrameDetections] = {}
         while waiting or busy:
             while waiting and free:
                 process, connection = free.pop(0)
@@ -225,8 +228,9 @@ def _serve(
     views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the main process has gone
         try:
-            station = CameraStation(world, seed, cameras, choice)
-            connection.send(station.detector.threshold)
+            detector = choice.load()
+            station = CameraStation(world, seed, cameras, detector)
+            connection.send(detector.threshold)
             while True:
                 camera, state = connection.recv()
                 connection.send(_look(station, world.camera(camera), state, views[camera]))
@@ -237,7 +241,9 @@ def _serve(
         memory.close()
 
 
-def _look(station: CameraStation, camera: CeilingCamera | OnboardCamera, state: SceneState, view: Image) -> Detections:
+def _look(
+    station: CameraStation, camera: CeilingCamera | OnboardCamera, state: SceneState, view: Image
+) -> FrameDetections:
     """Render a picture and find the people in it; where the camera believes to be is not known here, nor needed."""
     view[:] = station.frames.render([camera.name], state)[0]
     fixed = isinstance(camera, CeilingCamera)

@@ -71,21 +71,43 @@ class Observation:
 
 @dataclass(frozen=True)
 class Detections:
-    """Pedestrians found in one frame.
+    """People found in one image, by falling score.
+
+    Attributes:
+        boxes: Shape (n, 4): x, y of the upper left corner, width, height [px].
+        scores: How sure the detector is, on a scale of its own, shape (n,).
+        probabilities: Of being a person, shape (n,), in [0, 1]; 1 where the detector gives none.
+    """
+
+    boxes: Array
+    scores: Array
+    probabilities: Array
+
+    @classmethod
+    def none(cls) -> Detections:
+        """Return the detections of an image without people."""
+        return cls(np.zeros((0, 4)), np.zeros(0), np.zeros(0))
+
+    def select(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Detections:
+        """Return some of them: a mask, shape (n,), or row numbers in their new order."""
+        return Detections(self.boxes[rows], self.scores[rows], self.probabilities[rows])
+
+    def at(self, camera: str, time: float) -> FrameDetections:
+        """Return the same as those of a camera's frame, exposed at a time [s]."""
+        return FrameDetections(self.boxes, self.scores, self.probabilities, camera, time)
+
+
+@dataclass(frozen=True)
+class FrameDetections(Detections):
+    """People found in one frame of one camera.
 
     Attributes:
         camera: Name of the camera.
         time: Moment of exposure [s].
-        boxes: Shape (n, 4): x, y of the upper left corner, width, height [px].
-        scores: ACF scores, shape (n,).
-        probabilities: What the CNN gives each box, shape (n,), in [0, 1].
     """
 
     camera: str
     time: float
-    boxes: Array
-    scores: Array
-    probabilities: Array
 
 
 @dataclass(frozen=True)

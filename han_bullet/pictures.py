@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.detector import load_detector
+from han_bullet.detection.loading import load_detector
 from han_bullet.detection.pictures import list_pictures, read_picture
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Intrinsics
-from han_bullet.messages import Detections, Frame
+from han_bullet.messages import Detections
 
 HEADER = ("image", "x", "y", "width", "height", "score", "probability")
 BOX_COLOUR = (80, 200, 60)  # BGR
@@ -46,7 +45,7 @@ def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | Non
         writer.writerow(HEADER)
         for path in pictures:
             image = read_picture(path)
-            detections = detector.detect([_frame_of(path, image)])[0]
+            detections = detector.detect(image)
             for box, score, probability in zip(
                 detections.boxes, detections.scores, detections.probabilities, strict=True
             ):
@@ -55,13 +54,6 @@ def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | Non
             _write_drawn(_unused_name(folder, path.stem), image, detections)
             found += len(detections.boxes)
     return found
-
-
-def _frame_of(path: Path, image: NDArray[np.uint8]) -> Frame:
-    """Wrap a picture whose camera nobody knows."""
-    height, width = image.shape[:2]
-    intrinsics = Intrinsics.from_vertical_field_of_view(width, height, 1.0)
-    return Frame(str(path), 0.0, image, intrinsics, np.eye(4), fixed=False)
 
 
 def _unused_name(folder: Path, stem: str) -> Path:

@@ -17,6 +17,7 @@ from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
+from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, proposer_file
 from han_bullet.episode import Hook, run_episode
@@ -24,7 +25,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
 from han_bullet.provenance import git_commit, peak_memory, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
-from han_bullet.sim.renderer import FrameSource, InProcessRenderer
+from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
@@ -108,7 +109,7 @@ def run_world(
         folder: For the files; made if need be, what an earlier run left there is replaced.
         hooks: Further onlookers, for example a progress bar.
         layers: Costmap layers of one's own, applied after the standard ones.
-        detector: One's own detector instead of a shipped one; cameras are then rendered in this process.
+        detector: One's own detector of images instead of a shipped one; cameras are then rendered in this process.
 
     Raises:
         BadInputError: The world, an option or a model cannot be used; nothing has been written then.
@@ -189,30 +190,31 @@ def _worker_count(world: World, options: RunOptions, detector: Detector | None) 
 
 def _open_cameras(
     world: World, options: RunOptions, own: Detector | None, closing: contextlib.ExitStack
-) -> tuple[FrameSource | None, Detector, dict[str, Any] | None]:
+) -> tuple[FrameSource | None, FrameDetector, dict[str, Any] | None]:
     """Return what renders, what detects, and what a result says of the detector."""
     if options.perception == "truth":
         return None, NoDetector(), None
     names = [camera.name for camera in world.cameras]
     if own is not None:
-        renderer = InProcessRenderer(world, options.seed)
-        closing.callback(renderer.close)
-        return renderer, own, {"class": type(own).__name__}
+        station = CameraStation(world, options.seed, names, own)
+        closing.callback(station.frames.close)
+        return station.frames, station.detector, {"class": type(own).__name__}
     choice = options.detector
     if choice == DetectorChoice():  # a world's threshold is meant for the shipped model's scores
         choice = replace(choice, threshold=world.score_threshold)
     description = {"proposer": proposer_file(choice.name).stem, "classifier": DEFAULT_CLASSIFIER}
     count = _worker_count(world, options, own)
     if count == 0:
-        station = CameraStation(world, options.seed, names, choice)
+        chosen = choice.load()
+        station = CameraStation(world, options.seed, names, chosen)
         closing.callback(station.frames.close)
-        return station.frames, station.detector, description | {"threshold": station.detector.threshold}
+        return station.frames, station.detector, description | {"threshold": chosen.threshold}
     workers = closing.enter_context(CameraWorkers(world, options.seed, names, choice, count))
     return workers, workers, description | {"threshold": workers.wait_until_ready()}
 
 
 def _build(
-    world: World, options: RunOptions, simulator: Simulator, detector: Detector, layers: Sequence[Layer]
+    world: World, options: RunOptions, simulator: Simulator, detector: FrameDetector, layers: Sequence[Layer]
 ) -> NavigationStack:
     tracker: PeopleTracker
     if options.perception == "truth":

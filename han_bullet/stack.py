@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
-from han_bullet.detection.detector import Detector
+from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
-from han_bullet.messages import Detections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
+from han_bullet.messages import FrameDetections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.tracking.projection import GroundProjection
@@ -34,7 +34,7 @@ class Decision:
     """
 
     time: float
-    detections: tuple[Detections, ...]
+    detections: tuple[FrameDetections, ...]
     scans: tuple[Scan, ...]
     people: tuple[TrackedPerson, ...]
     scene: Scene
@@ -55,7 +55,7 @@ class NavigationStack:
     def __init__(
         self,
         *,
-        detector: Detector,
+        detector: FrameDetector,
         projection: GroundProjection,
         tracker: PeopleTracker,
         situation: Situation,

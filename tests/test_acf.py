@@ -112,8 +112,10 @@ def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
 
 
 def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
-    boxes, scores = AcfDetector(small_model()).detect(noise())
+    found = AcfDetector(small_model()).detect(noise())
+    boxes, scores = found.boxes, found.scores
     assert len(boxes) == len(scores) > 3
+    assert found.probabilities.tolist() == [1.0] * len(boxes)
     assert boxes.dtype == scores.dtype == np.float64
     assert np.all(np.diff(scores) <= 0.0)
     assert boxes[:, 2] / boxes[:, 3] == pytest.approx(np.full(len(boxes), 0.41))
@@ -122,15 +124,15 @@ def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:
 
 def test_the_same_image_gives_the_same_boxes_bit_for_bit() -> None:
     first, second = (AcfDetector(small_model()).detect(noise(3)) for _ in range(2))
-    assert np.array_equal(first[0], second[0])
-    assert np.array_equal(first[1], second[1])
+    assert np.array_equal(first.boxes, second.boxes)
+    assert np.array_equal(first.scores, second.scores)
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (99, 300), (300, 40), (1, 1)])
 def test_an_image_smaller_than_a_person_holds_nobody(shape: tuple[int, int]) -> None:
-    boxes, scores = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
-    assert boxes.shape == (0, 4)
-    assert scores.shape == (0,)
+    found = AcfDetector(small_model()).detect(np.zeros((*shape, 3), np.uint8))
+    assert found.boxes.shape == (0, 4)
+    assert found.scores.shape == found.probabilities.shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -174,11 +176,11 @@ def test_the_originals_model_finds_the_originals_boxes(data_folder: Path, name: 
         pytest.skip(f"no reference boxes of the original detector in {folder}")
     expected = np.load(folder / f"{name}.npz")["boxes"]
     detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
-    boxes, scores = detector.detect(read_picture(folder / f"{name}.png"))
+    found = detector.detect(read_picture(folder / f"{name}.png"))
     for box in expected:
-        nearest = np.abs(boxes - box[:4]).max(axis=1).argmin()
-        assert boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
-        assert scores[nearest] == pytest.approx(box[4], abs=2.0)  # of 2048 votes of .2
+        nearest = np.abs(found.boxes - box[:4]).max(axis=1).argmin()
+        assert found.boxes[nearest] == pytest.approx(box[:4], abs=1e-6)
+        assert found.scores[nearest] == pytest.approx(box[4], abs=2.0)  # of 2048 votes of .2
 
 
 @pytest.mark.data
@@ -190,13 +192,13 @@ def test_scores_on_photographs_stay_near_those_of_the_original(data_folder: Path
     detector = AcfDetector(load_toolbox_model(data_folder / "models" / "AcfInriaDetector.mat"))
     differences, strong = [], 0
     for image in sorted({row["image"] for row in rows})[:24]:
-        boxes, scores = detector.detect(read_picture(data_folder / "inria" / "test" / image))
+        found = detector.detect(read_picture(data_folder / "inria" / "test" / image))
         for row in rows:
             if row["image"] == image and float(row["score"]) > 40.0:
                 strong += 1
                 box = [float(row[key]) for key in ("x", "y", "width", "height")]
-                same = np.abs(boxes - box).max(axis=1) < 0.01
-                differences.extend(scores[same] - float(row["score"]))
+                same = np.abs(found.boxes - box).max(axis=1) < 0.01
+                differences.extend(found.scores[same] - float(row["score"]))
     assert strong >= 50
     # Now and then the neighbouring window is a little stronger, and suppression keeps that one instead.
     assert len(differences) >= 0.85 * strong

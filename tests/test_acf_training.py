@@ -65,10 +65,11 @@ def test_training_finds_people_never_seen_and_is_repeatable(little_world: Path, 
 
     image = blurred_noise(np.random.default_rng(9), 300, 300)
     draw_person(image, 150, 90, 110)
-    boxes, scores = AcfDetector(models[0]).detect(image)
-    assert scores[0] > 0.0
-    assert boxes[0, 1] + boxes[0, 3] / 2 == pytest.approx(145, abs=15)  # centre of the bar [px]
-    assert boxes[0, 0] + boxes[0, 2] / 2 == pytest.approx(150 + 0.15 * 110, abs=15)
+    found = AcfDetector(models[0]).detect(image)
+    assert found.scores[0] > 0.0
+    x, y, width, height = found.boxes[0]
+    assert y + height / 2 == pytest.approx(145, abs=15)  # centre of the bar [px]
+    assert x + width / 2 == pytest.approx(150 + 0.15 * 110, abs=15)
 
 
 def test_missing_photographs_are_bad_input(tmp_path: Path) -> None:

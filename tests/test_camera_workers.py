@@ -25,7 +25,7 @@ def frames(images: list[NDArray[np.uint8]], time: float = 0.0) -> list[Frame]:
 
 
 def test_workers_give_what_one_process_gives() -> None:
-    station = CameraStation(WORLD, 0, CAMERAS, DetectorChoice())
+    station = CameraStation(WORLD, 0, CAMERAS, DetectorChoice().load())
     with (
         Simulator(WORLD, renderer=None) as simulator,
         CameraWorkers(WORLD, 0, CAMERAS, DetectorChoice(), count=2) as workers,

@@ -93,10 +93,10 @@ def test_negatives_are_at_most_18_per_photograph(tmp_path):
 
 def test_weakened_proposer_scores_with_the_first_trees_only():
     image = np.full((200, 150, 3), 90, np.uint8)
-    _, scores = everything_detector(trees=40).detect(image)
-    _, weak = weakened(everything_detector(trees=40), trees=32).detect(image)
-    assert set(scores) == {40.0}
-    assert set(weak) == {32.0}
+    found = everything_detector(trees=40).detect(image)
+    weak = weakened(everything_detector(trees=40), trees=32).detect(image)
+    assert set(found.scores) == {40.0}
+    assert set(weak.scores) == {32.0}
 
 
 def test_split_keeps_all_crops_of_a_photograph_on_one_side():

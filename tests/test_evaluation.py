@@ -15,6 +15,7 @@ from han_bullet.detection.evaluation import Counts, Evaluation, LabelledImage, e
 from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.matching import fix_aspect
 from han_bullet.errors import BadInputError
+from han_bullet.messages import Detections
 
 
 def test_the_miss_rate_of_a_flat_curve_is_its_height() -> None:
@@ -81,10 +82,9 @@ def test_any_callable_can_be_evaluated(tmp_path: Path) -> None:
     for name, brightness in (("a.png", 0), ("b.png", 255)):
         assert cv2.imwrite(str(tmp_path / name), np.full((60, 90, 3), brightness, np.uint8))
 
-    def detect(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return (
-            (fix_aspect(people[:1]), np.array([1.0])) if image.max() else (np.array([[0.0, 0, 9, 9]]), np.array([2.0]))
-        )
+    def detect(image: np.ndarray) -> Detections:
+        boxes, score = (fix_aspect(people[:1]), 1.0) if image.max() else (np.array([[0.0, 0, 9, 9]]), 2.0)
+        return Detections(boxes, np.array([score]), np.ones(1))
 
     images = [LabelledImage(tmp_path / "a.png", np.empty((0, 4))), LabelledImage(tmp_path / "b.png", people)]
     done: list[int] = []
@@ -96,7 +96,7 @@ def test_any_callable_can_be_evaluated(tmp_path: Path) -> None:
 
 def test_images_without_anybody_cannot_be_evaluated() -> None:
     with pytest.raises(BadInputError, match="no person"):
-        evaluate([], lambda image: (np.empty((0, 4)), np.empty(0)))
+        evaluate([], lambda image: Detections.none())
 
 
 @pytest.mark.data
@@ -110,9 +110,9 @@ def test_the_originals_boxes_have_the_originals_miss_rate(data_folder: Path) -> 
     images = load_test_photographs(data_folder)
     boxes = iter([np.array(found[image.path.name]).reshape(-1, 5) for image in images])
 
-    def detect(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def detect(image: np.ndarray) -> Detections:
         rows = next(boxes)
-        return rows[:, :4], rows[:, 4]
+        return Detections(rows[:, :4], rows[:, 4], np.ones(len(rows)))
 
     result = evaluate(images, detect)
     assert (result.images, result.people) == (287, 588)

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.exhaustive_cnn import PAPER_SECONDS, Search, both_stages, lines, search
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.stages import Stages
+from han_bullet.messages import Detections
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
 
@@ -52,7 +53,8 @@ def test_the_table_has_the_paper_s_arithmetic_and_the_whole_image() -> None:
 
 def test_only_proposals_above_the_threshold_reach_the_network() -> None:
     witness = Witness()
-    stages = Stages("ACF", "made up", lambda image: (np.zeros((3, 4)), np.array([50.0, 40.0, 39.9])), 40.0, witness)
+    found = Detections(np.zeros((3, 4)), np.array([50.0, 40.0, 39.9]), np.ones(3))
+    stages = Stages("ACF", "made up", lambda image: found, 40.0, witness)
     proposals, seconds = both_stages(stages, IMAGE)
     assert (proposals, witness.boxes) == (2, 2)
     assert seconds > 0.0

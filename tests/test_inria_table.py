@@ -12,13 +12,14 @@ from han_bullet.detection import staged_image
 from han_bullet.detection.acf import load_acf_model
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier
-from han_bullet.detection.detector import load_detector
 from han_bullet.detection.evaluation import Counts
 from han_bullet.detection.inria import load_test_photographs
+from han_bullet.detection.loading import load_detector
 from han_bullet.detection.stages import Stages, load_stages
 from han_bullet.detector_figures import FiguresRow
 from han_bullet.errors import BadInputError
 from han_bullet.inria_table import choose_threshold, evaluate_photographs
+from han_bullet.messages import Detections
 
 BAR = (24, 92)  # width and height [px]
 BRIGHT, GREY = 240, 75
@@ -154,13 +155,13 @@ def test_rows_derive_from_one_look_with_the_time_of_the_proposals_that_reach_the
     clock = Clock()
     monkeypatch.setattr(staged_image, "perf_counter", clock)
 
-    def propose(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def propose(image: np.ndarray) -> Detections:
         """Return the person and nine boxes elsewhere, one of them with a high score and in the lower half."""
         clock.now += 10.0
         boxes = np.tile([LEFT + 200.0, 100.0, 40.0, 100.0], (10, 1))
         boxes[0] = (LEFT - 6.0, TOP, 36.0, BAR[1])
         boxes[1, 1] = 130.0
-        return boxes, np.array([90.0, 80.0, *range(8)])
+        return Detections(boxes, np.array([90.0, 80.0, *range(7, -1, -1)]), np.ones(10))
 
     stages = Stages("ACF", "made up", propose, 50.0, MadeUpClassifier(clock))
     rows = evaluate_photographs(load_test_photographs(data), [stages])

@@ -30,7 +30,7 @@ def box_of(x: float, y: float, height: float = 1.75) -> list[float]:
 
 def scan_of(boxes: list[list[float]], projection: GroundProjection | None = None, robot: Pose2D = FAR_AWAY) -> Scan:
     array = np.array(boxes, float).reshape(-1, 4)
-    found = Detections("camera1", 1.5, array, np.full(len(array), 50.0), np.ones(len(array)))
+    found = Detections(array, np.full(len(array), 50.0), np.ones(len(array)))
     return (projection or GroundProjection(robot_radius=0.3)).project(FRAME, found, robot)
 
 

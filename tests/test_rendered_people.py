@@ -35,7 +35,7 @@ def frame_of(*people: PersonInPicture) -> RenderedFrame:
 
 def found(*boxes: Array) -> Detections:
     count = len(boxes)
-    return Detections("camera1", 0.0, np.reshape(boxes, (count, 4)), np.arange(count, 0, -1.0), np.ones(count))
+    return Detections(np.reshape(boxes, (count, 4)), np.arange(count, 0, -1.0), np.ones(count))
 
 
 def tally_of(frame: RenderedFrame, *boxes: Array) -> Tally:

@@ -5,6 +5,7 @@ import pytest
 
 from han_bullet.detection.evaluation import Counts
 from han_bullet.detection.stages import Stages
+from han_bullet.messages import Detections
 from han_bullet.rendered_sequences import RenderedFrame, corridor, mbot
 from han_bullet.rendered_table import SEED, evaluate_rendered
 
@@ -21,14 +22,14 @@ def test_a_detector_that_knows_the_truth_misses_nobody_and_one_that_knows_nothin
 ) -> None:
     answers = iter([frame for frames in truth.values() for frame in (frames[0], *frames)])  # the first one twice
 
-    def oracle(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def oracle(image: np.ndarray) -> Detections:
         frame = next(answers)
         assert np.array_equal(image, frame.image)
         everybody = np.concatenate([frame.boxes, frame.ignored])
-        return everybody, np.ones(len(everybody))
+        return Detections(everybody, np.ones(len(everybody)), np.ones(len(everybody)))
 
-    def blind(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.empty((0, 4)), np.empty(0)
+    def blind(image: np.ndarray) -> Detections:
+        return Detections.none()
 
     done: list[int] = []
     detectors = [Stages("oracle", "truth", oracle), Stages("blind", "none", blind)]

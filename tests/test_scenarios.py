@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 import yaml
+from numpy.typing import NDArray
 
 from experiments import real2, sim1
 from han_bullet.costmap.grid import LETHAL, Costmap
@@ -21,7 +21,7 @@ from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError, HanError
-from han_bullet.messages import Detections, Frame, Scene
+from han_bullet.messages import Detections, Scene
 from han_bullet.runner import RunOptions, RunResult, run_world
 from han_bullet.world_file import find_world
 
@@ -182,24 +182,30 @@ def test_a_layer_without_a_name_is_refused(tmp_path: Path) -> None:
         run_world("real2", RunOptions(perception="truth", video=False), tmp_path, layers=[Nameless()])
 
 
-class Blind(Detector):
-    """A detector of one's own that finds nobody and counts what it is shown."""
+class Steady(Detector):
+    """A detector of one's own that finds somebody at the same place of every image, and counts the images."""
 
     def __init__(self) -> None:
-        self.frames = 0
+        self.images = 0
 
-    def detect(self, frames: Sequence[Frame]) -> list[Detections]:
-        self.frames += len(frames)
-        return [Detections(f.camera, f.time, np.zeros((0, 4)), np.zeros(0), np.zeros(0)) for f in frames]
+    def detect(self, image: NDArray[np.uint8]) -> Detections:
+        assert image.shape == (480, 640, 3) and image.dtype == np.uint8
+        self.images += 1
+        return Detections(np.array([[300.0, 200.0, 60.0, 150.0]]), np.array([2.5]), np.array([0.75]))
 
 
 @pytest.mark.scenario
-def test_a_detector_of_ones_own_gets_every_frame(tmp_path: Path) -> None:
-    detector = Blind()
+def test_a_detector_of_ones_own_runs_in_the_loop(tmp_path: Path) -> None:
+    detector = Steady()
     world = brief("real2", tmp_path, duration=1.0)
     run_world(world, RunOptions(video=False), tmp_path / "run", detector=detector)
-    assert detector.frames == 5 * 11
-    assert json.loads((tmp_path / "run/result.json").read_text())["detector"] == {"class": "Blind"}
+    assert detector.images == 5 * 11 + 4  # and the person-free image of each ceiling camera
+    assert json.loads((tmp_path / "run/result.json").read_text())["detector"] == {"class": "Steady"}
+    rows = [row.split(",") for row in (tmp_path / "run/detections.csv").read_text().splitlines()[1:]]
+    assert len([row for row in rows if row[1] == "onboard"]) == 11
+    # In front of a ceiling camera the empty scene gives the same box, so it counts only where something has changed.
+    assert not [row for row in rows if row[1] == "camera4"]
+    assert [float(cell) for cell in rows[0][2:]] == [300.0, 200.0, 60.0, 150.0, 2.5, 0.75]
 
 
 @pytest.mark.scenario

@@ -13,6 +13,7 @@ from han_bullet.messages import (
     Contact,
     Detections,
     Frame,
+    FrameDetections,
     Observation,
     Path,
     Posture,
@@ -80,10 +81,11 @@ def frame(camera: CeilingCamera = CAMERA, time: float = 0.0, image: np.ndarray |
     return Frame(camera.name, time, picture, camera.intrinsics, pose, fixed=True)
 
 
-def found(image: Frame, *boxes: Sequence[float], score: float = 60.0, probability: float = 0.9) -> Detections:
+def found(image: Frame, *boxes: Sequence[float], score: float = 60.0, probability: float = 0.9) -> FrameDetections:
     """Return detections with the given boxes (x, y, width, height) [px]."""
     rows = np.array(boxes, float).reshape(-1, 4)
-    return Detections(image.camera, image.time, rows, np.full(len(rows), score), np.full(len(rows), probability))
+    found = Detections(rows, np.full(len(rows), score), np.full(len(rows), probability))
+    return found.at(image.camera, image.time)
 
 
 def on_floor(image: Frame, detections: Detections) -> Scan:
@@ -113,7 +115,7 @@ def tick(
     contacts: Sequence[Contact] = (),
     devices_on: Sequence[tuple[str, bool]] = (),
     frames: Sequence[Frame] = (),
-    detections: Sequence[Detections] = (),
+    detections: Sequence[FrameDetections] = (),
     scans: Sequence[Scan] = (),
     status: Status = Status.MOVING,
     costmap: Costmap | None = None,

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cascade import feature_offsets, scan
 from han_bullet.detection.channels import CELL
+from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
 from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, Level, build_pyramid
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import Detections
 
 
 def load_acf_model(name_or_path: str | Path = DEFAULT) -> AcfModel:
@@ -35,7 +37,7 @@ def load_acf_model(name_or_path: str | Path = DEFAULT) -> AcfModel:
     return load_toolbox_model(path)
 
 
-class AcfDetector:
+class AcfDetector(Detector):
     """Finds upright people in an image; one core, deterministic.
 
     Args:
@@ -44,25 +46,26 @@ class AcfDetector:
 
     def __init__(self, model: AcfModel) -> None:
         self.model = model
+        self.smallest_area = model.smallest_box_area
 
-    def detect(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
+    def detect(self, image: NDArray[np.uint8]) -> Detections:
         """Return the people found in an image by falling score.
 
         Args:
             image: RGB, shape (h, w, 3), uint8.
 
         Returns:
-            Boxes x, y, width, height, shape (n, 4) [px], as high as the person, and their scores, shape (n,).
+            Boxes as high as the person, with probability 1.
 
         Raises:
             BadInputError: If the array is not such an image.
         """
         boxes, scores = self.scan(image)
         kept = suppress(boxes, scores)
-        return boxes[kept], scores[kept]
+        return Detections(boxes[kept], scores[kept], np.ones(len(kept)))
 
     def scan(self, image: NDArray[np.uint8]) -> tuple[Array, Array]:
-        """Return boxes and scores as `detect` does, but of every window that passes the cascade, unsorted."""
+        """Return boxes x, y, width, height, (n, 4) [px], and scores, (n,), of every window that passes the cascade."""
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
         model = self.model

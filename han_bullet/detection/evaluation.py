@@ -1,6 +1,6 @@
 """How well a detector finds people in photographs: log-average miss rate and the counts behind it [Dollar2012].
 
-Any callable that maps an RGB image to boxes and scores can be evaluated. The true boxes are made 0.41 times as wide as
+Any callable that maps an RGB image to detections can be evaluated. The true boxes are made 0.41 times as wide as
 high, as the detector's are; a detection and a person match from an intersection over union of one half. A detection
 that hits nobody and lies in an ignored region counts neither way.
 """
@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.matching import fix_aspect, in_ignored, match
-from han_bullet.detection.pictures import read_picture
+from han_bullet.detection.pictures import Image, read_picture
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import Detections
 
 REFERENCE_RATES = 10.0 ** np.arange(-2.0, 0.01, 0.25)  # false positives per image at which the miss rate is read
 SMALLEST_MISS_RATE = 1e-10  # keeps the logarithm finite
 
-Detect = Callable[[NDArray[np.uint8]], tuple[Array, Array]]
-"""Maps an RGB image, (h, w, 3), to boxes x, y, width, height, (n, 4) [px], and scores, (n,)."""
+Detect = Callable[[Image], Detections]
+"""Maps an RGB image, (h, w, 3), to the people in it; `detect` of any `Detector` does."""
 
 
 def no_boxes() -> Array:
@@ -185,6 +186,7 @@ def evaluate(
     """
     judged: list[JudgedImage] = []
     for labelled in images:
-        judged.append(judge(*detect(read_picture(labelled.path)), labelled.boxes, labelled.ignored))
+        found = detect(read_picture(labelled.path))
+        judged.append(judge(found.boxes, found.scores, labelled.boxes, labelled.ignored))
         report(len(judged))
     return Evaluation.of(judged)

@@ -24,7 +24,7 @@ class StagedImage:
     Attributes:
         boxes: x, y, width, height, shape (n, 4) [px].
         scores: Of the first stage, shape (n,).
-        probabilities: Of the second stage, shape (n,); 1 without one.
+        probabilities: Of the second stage, or of the first where there is no second, shape (n,).
         people: True boxes, shape (m, 4) [px].
         ignored: Regions that do not count, shape (k, 4) [px].
         proposing: Wall-clock time of the first stage [s].
@@ -65,9 +65,9 @@ def look(stages: Stages, image: Image, people: Array, ignored: Array) -> StagedI
         ignored: Regions that do not count, (k, 4) [px]; only kept.
     """
     started = perf_counter()
-    boxes, scores = stages.propose(image)
+    proposals = stages.propose(image)
     proposing = perf_counter() - started
-    probabilities: Array = np.ones(len(boxes))
+    boxes, scores, probabilities = proposals.boxes, proposals.scores, proposals.probabilities
     classifying: dict[float | None, float] = {}
     if stages.classifier is not None:
         for threshold in stages.thresholds:

@@ -129,7 +129,9 @@ def collect_negatives(
             break
         image = read_picture(files[index])
         boxes = (
-            detector.detect(image)[0][:per_image] if detector else grid_boxes(image.shape[0], image.shape[1], per_image)
+            detector.detect(image).boxes[:per_image]
+            if detector
+            else grid_boxes(image.shape[0], image.shape[1], per_image)
         )
         found.extend(window_features(box_crop(image, box)) for box in boxes)
         used += 1

@@ -87,7 +87,7 @@ def negative_samples(folder: Path, acf: AcfDetector) -> Samples:
     crops = []
     for path in list_pictures(folder):
         picture = read_picture(path)
-        boxes, _ = weak.detect(picture)
+        boxes = weak.detect(picture).boxes
         crops.append(crop(picture, boxes[:HARD_NEGATIVES_PER_PHOTOGRAPH]))
     sources = np.repeat(np.arange(len(crops)), [len(part) for part in crops])
     return Samples(np.concatenate(crops), np.zeros(len(sources), np.int64), sources)

@@ -1,0 +1,42 @@
+"""From the name or file of a model to a detector that is ready for use."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from han_bullet.detection.acf import AcfDetector, load_acf_model
+from han_bullet.detection.model_files import DEFAULT
+from han_bullet.detection.pedestrian_detector import PedestrianDetector
+from han_bullet.errors import BadInputError
+
+
+def load_detector(
+    name_or_path: str | Path = DEFAULT, threshold: float | None = None, classifier: bool = True
+) -> PedestrianDetector:
+    """Build a detector from shipped models.
+
+    Args:
+        name_or_path: ACF model as `load_acf_model` takes it: "default", the name of a shipped one, or a file.
+        threshold: Least ACF score; None takes the model's own.
+        classifier: Whether the CNN decides about the proposals.
+
+    Raises:
+        BadInputError: No such model, it is not one, or no threshold is given and it has none.
+    """
+    if threshold is not None and not math.isfinite(threshold):
+        raise BadInputError(f"detector threshold is {threshold}; a finite score would be right")
+    model = load_acf_model(name_or_path)
+    if threshold is None:
+        threshold = model.score_threshold
+        if not math.isfinite(threshold):
+            raise BadInputError(
+                f"model {str(name_or_path)!r} has no score threshold; give --threshold or choose one with "
+                "`han-bullet evaluate --choose-threshold`"
+            )
+    network = None
+    if classifier:
+        from han_bullet.detection.cnn import load_classifier
+
+        network = load_classifier()
+    return PedestrianDetector(AcfDetector(model), network, threshold)

@@ -1,0 +1,35 @@
+"""From a model's name or file to a detector."""
+
+import math
+
+import pytest
+from bars import WHITE, bar_model, found_at, image
+
+from han_bullet.detection.loading import load_detector
+from han_bullet.errors import BadInputError
+
+
+def test_unknown_model_is_refused():
+    with pytest.raises(BadInputError, match="acf_nowhere"):
+        load_detector("acf_nowhere")
+
+
+def test_model_without_a_score_threshold_is_used_with_one_that_is_given_and_refused_without(tmp_path):
+    bar_model().save(tmp_path / "fresh.npz")
+    with pytest.raises(BadInputError, match=r"fresh\.npz' has no score threshold; give --threshold or choose one"):
+        load_detector(tmp_path / "fresh.npz", classifier=False)
+    given = load_detector(tmp_path / "fresh.npz", threshold=20.0, classifier=False)
+    assert found_at(given.detect(image((60, WHITE)))) == [72]
+
+
+@pytest.mark.data
+def test_toolbox_model_is_used_by_its_path(data_folder):
+    loaded = load_detector(data_folder / "models" / "AcfInriaDetector.mat", classifier=False)
+    assert loaded.threshold == 40.0
+    assert loaded.proposer.model.score_threshold == 40.0
+
+
+@pytest.mark.parametrize("threshold", [math.nan, math.inf, -math.inf])
+def test_a_threshold_that_is_no_finite_number_is_refused(threshold):
+    with pytest.raises(BadInputError, match="finite score"):
+        load_detector(threshold=threshold)
