@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import load_detector
+from han_bullet.detection.network_detector import NetworkDetector
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
@@ -47,7 +48,7 @@ class DetectorChoice:
     name: str = "default"
     threshold: float | None = None
 
-    def load(self) -> PedestrianDetector:
+    def load(self) -> PedestrianDetector | NetworkDetector:
         """Return the detector."""
         return load_detector(self.name, threshold=self.threshold)
 

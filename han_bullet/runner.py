@@ -19,7 +19,7 @@ from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, proposer_file
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, is_network, proposer_file
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
@@ -202,7 +202,10 @@ def _open_cameras(
     choice = options.detector
     if choice == DetectorChoice():  # a world's threshold is meant for the shipped model's scores
         choice = replace(choice, threshold=world.score_threshold)
-    description = {"proposer": proposer_file(choice.name).stem, "classifier": DEFAULT_CLASSIFIER}
+    description = {
+        "proposer": proposer_file(choice.name).stem,
+        "classifier": None if is_network(choice.name) else DEFAULT_CLASSIFIER,
+    }
     count = _worker_count(world, options, own)
     if count == 0:
         chosen = choice.load()

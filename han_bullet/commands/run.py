@@ -36,8 +36,13 @@ def add(commands: Commands[Parser]) -> None:
     )
     add_option("--cameras", type=names, metavar="NAME,...", help="use only these cameras")
     add_option("--association", choices=("nnjpda", "nn", "gnn"), default="nnjpda", help="of detections to tracks")
-    add_option("--detector", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
-    add_option("--threshold", type=float, metavar="T", help="on the ACF score (default: the model's own)")
+    add_option(
+        "--detector",
+        default="default",
+        metavar="NAME|FILE",
+        help="a shipped ACF model or a file (.npz, .mat, .onnx)",
+    )
+    add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")

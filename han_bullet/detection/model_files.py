@@ -10,10 +10,16 @@ from han_bullet.errors import BadInputError
 DEFAULT = "default"
 DEFAULT_PROPOSER = "acf_inria"
 DEFAULT_CLASSIFIER = "cnn_inria"
+NETWORK_ENDINGS = (".onnx", ".cfg")  # of networks that find people by themselves
+
+
+def is_network(name_or_path: str | Path) -> bool:
+    """Tell whether a model is a network that needs neither ACF nor the CNN."""
+    return Path(name_or_path).suffix.lower() in NETWORK_ENDINGS
 
 
 def proposer_file(name_or_path: str | Path = DEFAULT) -> Path:
-    """Return the file of an ACF model: "default", the name of a shipped one, or the path of a file.
+    """Return the file of an ACF model or of a network: "default", the name of a shipped one, or the path of a file.
 
     Raises:
         BadInputError: There is no such model.

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import struct
+import warnings
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import PIL.Image
 from numpy.typing import NDArray
 
 from han_bullet.errors import BadInputError
@@ -14,6 +17,7 @@ from han_bullet.errors import BadInputError
 Image = NDArray[np.uint8]
 """RGB, shape (height, width, 3)."""
 
+MOST_PIXELS = 36_000_000  # what a large photograph has; memory grows with it
 ENDINGS = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".webp", ".ppm"})
 
 
@@ -27,6 +31,33 @@ def read_picture(path: Path) -> Image:
     if picture is None:
         raise BadInputError(f"{path} is not a picture that OpenCV can read")
     return np.ascontiguousarray(picture[:, :, ::-1])
+
+
+def check_picture(path: Path) -> None:
+    """Make sure that a picture file is whole and not too large, before its pixels are used.
+
+    OpenCV fills what is missing of a truncated file with grey, and allocates whatever size a file claims.
+
+    Raises:
+        BadInputError: The file is missing, no picture, truncated, or has more than MOST_PIXELS.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)  # the limit here is lower
+            with PIL.Image.open(path) as picture:
+                width, height = picture.size
+                if width * height <= MOST_PIXELS:
+                    picture.load()
+                    return
+        raise BadInputError(f"{path} has {width} x {height} px; at most {MOST_PIXELS:,} px in all would be right")
+    except PIL.Image.DecompressionBombError as error:
+        raise BadInputError(f"{path} is too large; at most {MOST_PIXELS:,} px in all would be right") from error
+    except PIL.UnidentifiedImageError as error:
+        raise BadInputError(f"{path} is not a picture that can be read: it is empty or of another kind") from error
+    except OSError as error:
+        raise BadInputError(f"{path} cannot be read: {error.strerror or error}") from error
+    except (ValueError, SyntaxError, struct.error, EOFError, IndexError) as error:  # Pillow on malformed files
+        raise BadInputError(f"{path} is a malformed picture: {error}") from error
 
 
 def list_pictures(folder: Path) -> list[Path]:

@@ -1,0 +1,83 @@
+"""Person detectors of one pass of a network, run by OpenCV: the steps that all of them share."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+
+from han_bullet.detection.detector import Detector
+from han_bullet.detection.nms import suppress
+from han_bullet.detection.pictures import Image
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array
+from han_bullet.messages import Detections
+
+GREY = (114, 114, 114)  # what the YOLO family pads with
+
+
+class NetworkDetector(Detector):
+    """Fits an image into a square, asks a network, and keeps the persons; a subclass knows the network's output.
+
+    The score of a box is the network's own probability of a person, and is given as both.
+
+    Attributes:
+        threshold: Least probability of a person.
+        side: Of the network's square input [px].
+        keeps_aspect: Whether the image is padded to a square; if not, it is stretched.
+        red_first: Whether the network takes RGB; if not, BGR.
+    """
+
+    default_threshold = 0.5
+    keeps_aspect = True
+    red_first = True
+
+    def __init__(self, network: Any, side: int, threshold: float | None = None) -> None:
+        """Take a network that OpenCV has read; no threshold takes the default of the kind."""
+        self.threshold = self.default_threshold if threshold is None else threshold
+        if not (math.isfinite(self.threshold) and 0.0 <= self.threshold <= 1.0):
+            raise BadInputError(f"detector threshold is {threshold}; a probability from 0 to 1 would be right")
+        self.side = side
+        self._network = network
+
+    @abstractmethod
+    def decode(self, outputs: Sequence[Array]) -> tuple[Array, Array]:
+        """Return every box, (n, 4): centre x, y, width, height [px of the input], and its probability, (n,)."""
+
+    def detect(self, image: Image) -> Detections:
+        """Return the persons in an image, RGB, shape (h, w, 3), uint8, by falling probability."""
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
+        if image.size == 0:
+            return Detections.none()
+        square, scale, shift = self._fit(image)
+        boxes, scores = self.decode(forward(self._network, square, self.red_first))
+        kept = scores >= self.threshold
+        boxes, scores = boxes[kept].astype(float), scores[kept].astype(float)
+        corners = boxes[:, :2] - 0.5 * boxes[:, 2:]
+        boxes = np.column_stack([(corners - shift) / scale, boxes[:, 2:] / scale])
+        return Detections(boxes, scores, scores).select(suppress(boxes, scores))
+
+    def _fit(self, image: Image) -> tuple[Image, Array, Array]:
+        """Return the square image, the factors of x and y, and where the image begins in it [px]."""
+        full = np.array(image.shape[1::-1], float)
+        size = np.full(2, self.side)
+        if self.keeps_aspect:
+            size = np.maximum(np.rint(full * self.side / full.max()), 1).astype(int)
+        resized = cv2.resize(image, (int(size[0]), int(size[1])), interpolation=cv2.INTER_LINEAR)
+        left, top = (self.side - size) // 2
+        right, bottom = self.side - size - (left, top)
+        square = cv2.copyMakeBorder(
+            resized, int(top), int(bottom), int(left), int(right), cv2.BORDER_CONSTANT, value=GREY
+        )
+        return np.asarray(square, np.uint8), size / full, np.array([left, top], float)
+
+
+def forward(network: Any, square: Image, red_first: bool = True) -> list[Array]:
+    """Return every output of a network for a square RGB image, whose values it takes from 0 to 1."""
+    network.setInput(cv2.dnn.blobFromImage(square, 1.0 / 255.0, swapRB=not red_first))
+    return list(network.forward(network.getUnconnectedOutLayersNames()))
