@@ -42,10 +42,11 @@ def test_the_table_is_shown_and_its_files_are_written(
 
 
 def test_other_models_stand_in_the_same_table(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["--data", str(data), "--compare", "acf_inria", "--out", str(tmp_path / "out")]
+    arguments = ["--data", str(data), "--compare", "acf_inria", "hog", "--out", str(tmp_path / "out")]
     assert main(["evaluate", *arguments]) == 0
     rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
-    assert [row["model"] for row in rows] == ["acf_inria"] * 8
+    assert [row["model"] for row in rows] == ["acf_inria"] * 8 + ["OpenCV"]
+    assert (rows[-1]["detector"], rows[-1]["rule"], rows[-1]["threshold"]) == ("HOG", "-", None)
 
 
 def test_rendered_sequences_are_measured_without_photographs(

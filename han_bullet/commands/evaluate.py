@@ -28,7 +28,7 @@ def add(commands: Commands[Parser]) -> None:
         "miss rate and speed of the detector, with and without the CNN, on the INRIA test photographs or on renderings",
         "  han-bullet evaluate --data DIR\n"
         "  han-bullet evaluate --data DIR --model my_acf.npz --classifier my_cnn.safetensors --out runs/mine\n"
-        "  han-bullet evaluate --data DIR --compare AcfInriaDetector.mat --out runs/compared\n"
+        "  han-bullet evaluate --data DIR --compare AcfInriaDetector.mat hog --out runs/compared\n"
         "  han-bullet evaluate --data DIR --model my_acf.npz --choose-threshold --out runs/mine\n"
         "  han-bullet evaluate --rendered --frames 200",
     )
@@ -37,7 +37,13 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--rendered", action="store_true", help="instead: a ceiling camera's and the robot's rendered sequence")
     add_option("--frames", type=positive, default=FRAMES, help=f"of each rendered sequence (default {FRAMES})")
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
-    add_option("--compare", nargs="+", default=[], metavar="NAME|FILE", help="other models, in the same table")
+    add_option(
+        "--compare",
+        nargs="+",
+        default=[],
+        metavar="NAME|FILE",
+        help="others in the table; hog: OpenCV's",
+    )
     add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and the curves as pictures")
     add_option(
