@@ -41,7 +41,10 @@ LEGEND = (
     "miss rate: log-average over nine rates of false positives per image from 0.01 to 1; "
     "fps: images per second through the stages, one thread, files already read"
 )
-RENDERED_LEGEND = f"found: proposals per image; ACF ms: of the first stage; kept: those of them that the rule keeps; FPPI: false positives per image; {LEGEND}"
+RENDERED_LEGEND = (
+    "found: proposals per image; kept: those of them that the rule keeps; ACF ms: time of the first stage; "
+    f"FPPI: false positives per image; {LEGEND}"
+)
 
 
 def cells(rows: Sequence[FiguresRow], headings: Sequence[str]) -> list[list[str]]:
