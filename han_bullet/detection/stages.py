@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.cnn import Classifier, load_classifier
-from han_bullet.detection.detector import Detector
 from han_bullet.detection.evaluation import Detect
 from han_bullet.detection.hog_detector import HogDetector
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.matching import fix_aspect
 from han_bullet.detection.model_files import is_network, proposer_file
-from han_bullet.detection.pictures import Image
-from han_bullet.messages import Detections
 
 HOG = "hog"
 LEAST_HOG_SCORE, LEAST_NETWORK_PROBABILITY = -0.5, 0.01  # low, so that curves reach one false positive per image
@@ -66,13 +61,7 @@ def _stages(name_or_path: str, classifier: Classifier) -> Stages:
         return Stages("HOG", "OpenCV", HogDetector(LEAST_HOG_SCORE).detect)
     if is_network(name_or_path):
         network = load_detector(name_or_path, LEAST_NETWORK_PROBABILITY)
-        return Stages("network", proposer_file(name_or_path).stem, partial(_upright, network))
+        return Stages("network", proposer_file(name_or_path).stem, network.detect)
     model = load_acf_model(name_or_path)
     threshold = model.score_threshold if math.isfinite(model.score_threshold) else None
     return Stages("ACF", proposer_file(name_or_path).stem, AcfDetector(model).detect, threshold, classifier)
-
-
-def _upright(network: Detector, image: Image) -> Detections:
-    """Give a network's boxes, as wide as arms and legs reach, the proportion of the true ones, as the field does."""
-    found = network.detect(image)
-    return replace(found, boxes=fix_aspect(found.boxes))
