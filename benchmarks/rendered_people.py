@@ -18,8 +18,9 @@ from rich.progress import Progress
 from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
 from han_bullet.detection.camera_detector import CameraDetector
+from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.matching import SMALLEST_MATCH, fix_aspect
+from han_bullet.detection.matching import fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array
@@ -27,6 +28,7 @@ from han_bullet.messages import Detections
 from han_bullet.rendered_sequences import PersonInPicture, RenderedFrame, corridor, couch, mbot
 
 COUCH_SHARE = 5  # the couch gets a fifth of the frames: only noise, light, clothes and build differ there
+SMALLEST_OVERLAP = 0.5  # intersection over union of a hit, as on photographs
 IGNORED_SHARE = 0.5  # of a detection's own area on a person who does not count: it is neither right nor wrong
 BANDS: tuple[tuple[str, Callable[[PersonInPicture], float], tuple[float, ...], str], ...] = (
     ("height", lambda person: float(person.box[3]), (110.0, 150.0, 200.0, 300.0, 480.0), "px"),
@@ -69,7 +71,7 @@ def assign(boxes: Array, people: Array) -> list[int | None]:
     taken: list[int | None] = []
     for row in overlaps:
         best = int(np.argmax(row)) if len(row) else -1
-        taken.append(best if best >= 0 and row[best] >= SMALLEST_MATCH else None)
+        taken.append(best if best >= 0 and row[best] >= SMALLEST_OVERLAP else None)
         if taken[-1] is not None:
             overlaps[:, best] = -1.0
     return taken
@@ -107,21 +109,21 @@ def describe(person: PersonInPicture) -> str:
 
 
 class BothWays:
-    """Detects in a frame alone and, where the camera is fixed, with the still scene as in a run."""
+    """Detects in a picture alone and, where the camera is fixed, with the still scene as in a run."""
 
-    def __init__(self, detector: CameraDetector) -> None:
-        self._detector = detector
+    def __init__(self, detector: Detector) -> None:
+        self._image_detector, self._camera_detector = detector, CameraDetector(detector)
         self._calibrated: object = None
 
     def detect(self, frame: RenderedFrame) -> list[tuple[str, Detections]]:
         """Return the name of each way and what it finds."""
-        ways = [("image alone", self._detector.detect([replace(frame.frame, fixed=False)])[0])]
+        ways = [("image alone", self._image_detector.detect(frame.image))]
         if frame.empty is None:
             return ways
         if frame.empty is not self._calibrated:  # once for a take
-            self._detector.calibrate([replace(frame.frame, image=frame.empty)])
+            self._camera_detector.calibrate([replace(frame.frame, image=frame.empty)])
             self._calibrated = frame.empty
-        return [*ways, ("with still scene", self._detector.detect([frame.frame])[0])]
+        return [*ways, ("with still scene", self._camera_detector.detect([frame.frame])[0])]
 
 
 def measure(name: str, frames: Iterator[RenderedFrame], detector: BothWays, out: Path | None) -> Iterator[Tally]:
