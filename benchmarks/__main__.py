@@ -6,6 +6,7 @@ from datetime import date
 from pathlib import Path
 
 BENCHMARKS = (
+    ("detector",),
     ("stage_timing",),
     ("exhaustive_cnn",),
     ("rendered_people",),

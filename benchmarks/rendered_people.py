@@ -168,7 +168,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="folder for contact sheets of misses and false positives")
     options = parser.parse_args()
     use_one_thread()
-    detector = BothWays(CameraDetector(load_detector(options.model)))
+    detector = BothWays(load_detector(options.model))
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
     tallies: list[Tally] = []

@@ -6,12 +6,10 @@ Usage: python -m benchmarks.stage_timing [--world real2] [--seed 0] [--seconds 1
 import argparse
 import os
 import time
-from collections import defaultdict
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
+from benchmarks.stopwatch import Stopwatch
 from benchmarks.table import provenance, table
 from han_bullet.assembly import build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
@@ -20,26 +18,6 @@ from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
-
-
-class Stopwatch:
-    """Wall-clock times by label [s]."""
-
-    def __init__(self) -> None:
-        self.times: dict[str, list[float]] = defaultdict(list)
-
-    def watch(self, owner: Any, method: str, label: Callable[..., str] | str) -> None:
-        """Replace a method of an object by one that notes how long each call takes."""
-        original = getattr(owner, method)
-
-        def timed(*arguments: Any, **keywords: Any) -> Any:
-            started = time.perf_counter()
-            result = original(*arguments, **keywords)
-            name = label if isinstance(label, str) else label(*arguments)
-            self.times[name].append(time.perf_counter() - started)
-            return result
-
-        setattr(owner, method, timed)
 
 
 class Nothing(Hook):

@@ -1,72 +1,111 @@
-"""Find pedestrians in picture files: what `han-bullet detect` does."""
+"""Find people in pictures, videos and a camera's images: what `han-bullet detect` does."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
-from han_bullet.detection.loading import load_detector
-from han_bullet.detection.pictures import list_pictures, read_picture
-from han_bullet.detection.threads import use_one_thread
+from han_bullet.annotated import AnnotatedVideo, Image, annotate, unused_name, write_picture
+from han_bullet.detection.detector import Detector
 from han_bullet.errors import BadInputError
+from han_bullet.image_sources import ImageSource, Video
 from han_bullet.messages import Detections
 
 HEADER = ("image", "x", "y", "width", "height", "score", "probability")
-BOX_COLOUR = (80, 200, 60)  # BGR
 
 
-def find_pictures(paths: Sequence[Path]) -> list[Path]:
-    """Return the picture files among the paths and in the folders among them, sorted.
+@dataclass
+class Tally:
+    """What came of the sources.
 
-    Raises:
-        BadInputError: A path does not exist, or a folder holds no picture.
+    Attributes:
+        images: Looked at.
+        people: Found in them.
+        failed: Sources that could not be read, or not to their end.
     """
-    pictures: list[Path] = []
-    for path in paths:
-        if not path.exists():
-            raise BadInputError(f"picture {str(path)!r} does not exist")
-        pictures += list_pictures(path) if path.is_dir() else [path]
-    return pictures
+
+    images: int = 0
+    people: int = 0
+    failed: int = 0
 
 
-def detect_pictures(pictures: Iterable[Path], model: str, threshold: float | None, folder: Path) -> int:
-    """Write detections.csv and one picture with boxes per input; return the number of people found."""
-    use_one_thread()
-    detector = load_detector(model, threshold=threshold)
+def detect_sources(
+    sources: Iterable[ImageSource],
+    detector: Detector,
+    folder: Path,
+    *,
+    complain: Callable[[str], None],
+    look: Callable[[ImageSource, Image], None] = lambda source, picture: None,
+) -> Tally:
+    """Write detections.csv and an annotated copy of every source; one that cannot be read is told and passed over.
+
+    Args:
+        sources: To look at.
+        detector: Looks at them.
+        folder: For the files; made if need be.
+        complain: Gets one sentence for each source that cannot be read.
+        look: Gets every annotated image.
+    """
+    tally = Tally()
     folder.mkdir(parents=True, exist_ok=True)
-    found = 0
     with (folder / "detections.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(HEADER)
-        for path in pictures:
-            image = read_picture(path)
+
+        def take(name: str, source: ImageSource, image: Image) -> Image:
             detections = detector.detect(image)
-            for box, score, probability in zip(
-                detections.boxes, detections.scores, detections.probabilities, strict=True
-            ):
-                writer.writerow([path, *(f"{v:.2f}" for v in box), f"{score:.3f}", f"{probability:.4f}"])
+            write_rows(writer, name, detections)
             file.flush()
-            _write_drawn(_unused_name(folder, path.stem), image, detections)
-            found += len(detections.boxes)
-    return found
+            tally.images += 1
+            tally.people += len(detections.boxes)
+            picture = annotate(image, detections)
+            look(source, picture)
+            return picture
+
+        for source in sources:
+            try:
+                _annotate_source(source, folder, take)
+            except BadInputError as error:
+                tally.failed += 1
+                complain(str(error))
+    return tally
 
 
-def _unused_name(folder: Path, stem: str) -> Path:
-    """Return a name for the picture with boxes that no file of this run or of the user has."""
-    names = (folder / f"{stem}_boxes{number}.png" for number in ("", *range(2, 1_000_000)))
-    return next(name for name in names if not name.exists())
+def _annotate_source(source: ImageSource, folder: Path, take: Callable[[str, ImageSource, Image], Image]) -> None:
+    """Write the annotated copy of one source."""
+    if not isinstance(source, Video):
+        for name, image in _readable(source):
+            write_picture(folder, source.stem, take(name, source, image))
+        return
+    video: AnnotatedVideo | None = None
+    try:
+        for name, image in _readable(source):
+            video = video or AnnotatedVideo(unused_name(folder, source.stem, ".mp4"), source.rate)
+            video.write(take(name, source, image))
+    finally:
+        if video is not None:
+            video.close()
 
 
-def _write_drawn(path: Path, image: NDArray[np.uint8], detections: Detections) -> None:
-    picture = np.ascontiguousarray(image[:, :, ::-1])
-    for (x, y, width, height), score in zip(detections.boxes, detections.scores, strict=True):
-        corner, opposite = (round(x), round(y)), (round(x + width), round(y + height))
-        cv2.rectangle(picture, corner, opposite, BOX_COLOUR, 2, cv2.LINE_AA)
-        cv2.putText(picture, f"{score:.0f}", corner, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BOX_COLOUR, 1, cv2.LINE_AA)
-    if not cv2.imwrite(str(path), picture):
-        raise BadInputError(f"picture {str(path)!r} could not be written; is the folder writable?")
+def _readable(source: ImageSource) -> Iterable[tuple[str, Image]]:
+    """Give a source's images; what the system says of its file becomes a sentence."""
+    with closing(source.images()) as images:  # type: ignore[type-var]
+        while True:
+            try:
+                found = next(images)
+            except StopIteration:
+                return
+            except OSError as error:
+                raise BadInputError(f"{source.name} cannot be read: {error.strerror or error}") from error
+            yield found
+
+
+def write_rows(writer: Any, name: str, detections: Detections) -> None:
+    """Write one row per box."""
+    columns = (detections.boxes, detections.scores, detections.probabilities)
+    for box, score, probability in zip(*columns, strict=True):
+        writer.writerow([name, *(f"{v:.2f}" for v in box), f"{score:.3f}", f"{probability:.4f}"])

@@ -279,3 +279,16 @@ def test_the_readmes_example_runs_as_a_script(tmp_path: Path) -> None:
 def test_options_that_cannot_be_meant_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(BadInputError, match=str(next(iter(wrong)))):
         RunOptions(**wrong)
+
+
+@pytest.mark.scenario
+def test_the_example_of_a_detector_of_ones_own_runs_as_a_script(tmp_path: Path) -> None:
+    text = (Path(__file__).parent.parent / "docs/detector.md").read_text()
+    code = text.split("```python\n")[1].split("```")[0]
+    assert '"real2"' in code and '"runs/mine"' in code
+    code = code.replace('"real2"', repr(str(brief("real2", tmp_path, duration=0.2))))
+    script = tmp_path / "mine.py"
+    script.write_text(code.replace('"runs/mine"', repr(str(tmp_path / "mine"))))
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "mine/result.json").read_text())["detector"] == {"class": "Mine"}
