@@ -8,6 +8,7 @@ from pathlib import Path
 BENCHMARKS = (
     ("detector",),
     ("stage_timing",),
+    ("exhaustive_cnn",),
     ("rendered_people",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),

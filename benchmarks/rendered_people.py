@@ -19,8 +19,8 @@ from benchmarks.contact_sheet import ContactSheet
 from benchmarks.table import provenance, table
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.evaluation import fix_aspect
 from han_bullet.detection.loading import load_detector
+from han_bullet.detection.matching import fix_aspect
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.geometry import Array

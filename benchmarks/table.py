@@ -6,12 +6,14 @@ import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from han_bullet.markdown import markdown_table
+from han_bullet.provenance import processor
+
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a Markdown table; floats show three digits."""
     shown = [[f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
-    lines = [header, ["---"] * len(header), *shown]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return markdown_table(header, shown)
 
 
 def provenance() -> str:
@@ -19,6 +21,4 @@ def provenance() -> str:
     folder = Path(__file__).parent
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty"]
     commit = subprocess.run(command, capture_output=True, text=True).stdout.strip() or "unknown"
-    models = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    processor = models[0].split(":")[1].strip() if models else platform.processor()
-    return f"commit {commit}; {os.cpu_count()} x {processor}; Python {platform.python_version()}"
+    return f"commit {commit}; {os.cpu_count()} x {processor()}; Python {platform.python_version()}"

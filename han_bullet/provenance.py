@@ -25,6 +25,16 @@ def _version(library: str) -> str:
         return "unknown"
 
 
+def processor() -> str:
+    """Return the processor's name."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "unknown"
+
+
 def git_commit() -> str:
     """Return the commit of the checkout this runs from, marked where files differ; "unknown" for an installed copy."""
     try:

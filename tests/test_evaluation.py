@@ -1,7 +1,6 @@
-"""Matching, counts and the log-average miss rate."""
+"""Counts and the log-average miss rate."""
 
 import csv
-import json
 import math
 from collections import defaultdict
 from pathlib import Path
@@ -12,36 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.detection.evaluation import (
-    Counts,
-    Evaluation,
-    LabelledImage,
-    evaluate,
-    fix_aspect,
-    load_inria_test,
-    match,
-)
+from han_bullet.detection.evaluation import Counts, Evaluation, LabelledImage, evaluate
+from han_bullet.detection.hog_detector import HogDetector
+from han_bullet.detection.inria import load_test_photographs
+from han_bullet.detection.matching import fix_aspect
+from han_bullet.detection.stages import LEAST_HOG_SCORE
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections
-
-
-def test_boxes_keep_height_and_centre_and_become_narrow() -> None:
-    assert fix_aspect(np.array([[10.0, 20.0, 60.0, 100.0]]))[0] == pytest.approx([19.5, 20.0, 41.0, 100.0])
-
-
-def test_a_second_detection_of_the_same_person_is_false() -> None:
-    person = np.array([[0.0, 0.0, 41.0, 100.0]])
-    assert match(np.repeat(person, 2, axis=0), person).tolist() == [True, False]
-
-
-def test_a_detection_takes_the_person_it_overlaps_most_and_leaves_the_other_to_the_next() -> None:
-    people = np.array([[0.0, 0.0, 40.0, 100.0], [10.0, 0.0, 40.0, 100.0]])
-    assert match(np.array([[9.0, 0.0, 40.0, 100.0], [1.0, 0.0, 40.0, 100.0]]), people).tolist() == [True, True]
-    assert match(np.array([[9.0, 0.0, 40.0, 100.0], [60.0, 0.0, 40.0, 100.0]]), people).tolist() == [True, False]
-
-
-def test_without_people_every_detection_is_false() -> None:
-    assert match(np.array([[0.0, 0.0, 41.0, 100.0]]), np.empty((0, 4))).tolist() == [False]
 
 
 def test_the_miss_rate_of_a_flat_curve_is_its_height() -> None:
@@ -55,6 +31,15 @@ def test_a_false_positive_at_the_top_counts_as_missing_everyone_at_lower_rates()
     # The first false positive is 0.1 per image: at 0.01, 0.0178, 0.0316 and 0.0562 nobody has been found yet.
     result = Evaluation(np.array([2.0, 1.0]), np.array([False, True]), images=10, people=2)
     assert result.log_average_miss_rate() == pytest.approx(0.5 ** (5 / 9))
+
+
+def test_the_miss_rate_is_read_at_nine_rates_from_a_hundredth_to_one() -> None:
+    # 100 images; the k-th false positive comes after k of 150 people.
+    hits = np.tile([True, False], 150)
+    rates = Evaluation(np.arange(300.0)[::-1], hits, images=100, people=150).reference_miss_rates()
+    # The curve is read just before the false positive that would be one too many.
+    allowed = np.array([1, 1, 3, 5, 10, 17, 31, 56, 100])
+    assert rates == pytest.approx(1.0 - (allowed + 1) / 150)
 
 
 def test_no_detections_miss_everyone() -> None:
@@ -116,20 +101,6 @@ def test_images_without_anybody_cannot_be_evaluated() -> None:
         evaluate([], lambda image: Detections.none())
 
 
-@pytest.mark.parametrize("text", ["[]", "{}", '{"a.jpg": {}}', "not json", '{"a.jpg": {"boxes_xyxy": [[1, 2]]}}'])
-def test_a_malformed_list_of_people_is_bad_input(tmp_path: Path, text: str) -> None:
-    (tmp_path / "inria").mkdir()
-    (tmp_path / "inria" / "gt.json").write_text(text, encoding="utf-8")
-    with pytest.raises(BadInputError, match=r"gt\.json"):
-        load_inria_test(tmp_path)
-
-
-def test_boxes_are_read_from_their_corners(tmp_path: Path) -> None:
-    (tmp_path / "inria").mkdir()
-    (tmp_path / "inria" / "gt.json").write_text(json.dumps({"a.jpg": {"boxes_xyxy": [[1, 2, 11, 32]]}}))
-    assert load_inria_test(tmp_path)[0].boxes.tolist() == [[1.0, 2.0, 10.0, 30.0]]
-
-
 @pytest.mark.data
 def test_the_originals_boxes_have_the_originals_miss_rate(data_folder: Path) -> None:
     file = data_folder.parent / "reference" / "acf" / "inria_test_boxes.csv"
@@ -138,7 +109,7 @@ def test_the_originals_boxes_have_the_originals_miss_rate(data_folder: Path) -> 
     found = defaultdict(list)
     for row in csv.DictReader(file.open(encoding="utf-8")):
         found[row["image"]].append([float(row[key]) for key in ("x", "y", "width", "height", "score")])
-    images = load_inria_test(data_folder)
+    images = load_test_photographs(data_folder)
     boxes = iter([np.array(found[image.path.name]).reshape(-1, 5) for image in images])
 
     def detect(image: np.ndarray) -> Detections:
@@ -152,3 +123,11 @@ def test_the_originals_boxes_have_the_originals_miss_rate(data_folder: Path) -> 
     assert result.above(40.0).log_average_miss_rate() == pytest.approx(0.1776, abs=5e-5)
     assert result.counts(40.0) == Counts(525, 129, 63)
     assert math.isclose(result.threshold_at_fppi(0.45), 40.0, abs_tol=0.1)
+
+
+@pytest.mark.data
+def test_a_histogram_of_gradients_detector_misses_about_as_many_as_published(data_folder: Path) -> None:
+    # Published: 46 % on all photographs; there this evaluation gives 46.75 %, on every fifth of them 47.0 %.
+    result = evaluate(load_test_photographs(data_folder)[::5], HogDetector(LEAST_HOG_SCORE).detect)
+    assert result.images == 58
+    assert result.log_average_miss_rate() == pytest.approx(0.46, abs=0.02)

@@ -8,11 +8,18 @@ import cv2
 import numpy as np
 import pytest
 
+from han_bullet.detection import staged_image
 from han_bullet.detection.acf import load_acf_model
 from han_bullet.detection.acf_model import AcfModel
+from han_bullet.detection.cnn import Classifier
+from han_bullet.detection.evaluation import Counts
+from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.loading import load_detector
+from han_bullet.detection.stages import Stages, load_stages
+from han_bullet.detector_figures import FiguresRow
 from han_bullet.errors import BadInputError
-from han_bullet.inria_table import FALSE_POSITIVES_PER_IMAGE, choose_threshold, evaluate_stages
+from han_bullet.inria_table import choose_threshold, evaluate_photographs
+from han_bullet.messages import Detections
 
 BAR = (24, 92)  # width and height [px]
 BRIGHT, GREY = 240, 75
@@ -61,6 +68,10 @@ def fresh(tmp_path: Path) -> str:
     return str(tmp_path / "fresh.npz")
 
 
+def table(data: Path, model: str) -> list[FiguresRow]:
+    return evaluate_photographs(load_test_photographs(data), load_stages([model], "default"))
+
+
 def test_a_fresh_model_gets_a_threshold_that_leaves_the_false_positives_allowed_and_is_usable(
     data: Path, fresh: str, tmp_path: Path
 ) -> None:
@@ -69,9 +80,8 @@ def test_a_fresh_model_gets_a_threshold_that_leaves_the_false_positives_allowed_
     assert np.array_equal(chosen.leaves, load_acf_model(fresh).leaves)
     chosen.save(tmp_path / "chosen.npz")
     assert load_detector(tmp_path / "chosen.npz", classifier=False).threshold == chosen.score_threshold
-    above = evaluate_stages(data, str(tmp_path / "chosen.npz"))[1]
-    assert (above.threshold, above.true_positives, above.false_negatives) == (50.0, PICTURES, 0)
-    assert above.false_positives <= FALSE_POSITIVES_PER_IMAGE * PICTURES
+    above = table(data, str(tmp_path / "chosen.npz"))[1]
+    assert (above.threshold, above.evaluation.counts()) == (50.0, Counts(PICTURES, 0, 0))
 
 
 def test_a_threshold_can_be_chosen_anew_for_a_model_that_has_one(data: Path, fresh: str, tmp_path: Path) -> None:
@@ -81,37 +91,96 @@ def test_a_threshold_can_be_chosen_anew_for_a_model_that_has_one(data: Path, fre
 
 
 def test_a_model_without_a_threshold_is_evaluated_on_all_proposals(data: Path, fresh: str) -> None:
-    shares: list[float] = []
-    rows = evaluate_stages(data, fresh, shares.append)
-    assert [(row.detector, row.threshold) for row in rows] == [("ACF", None), ("ACF + CNN", None)]
-    assert (rows[0].true_positives, rows[0].false_positives) == (PICTURES, 3 * PICTURES)  # a second box of each bar
-    assert rows[1].false_positives <= rows[0].false_positives
-    assert all(row.true_positives + row.false_negatives == PICTURES for row in rows)
-    assert shares == [n / 8 for n in range(1, 9)]
+    done: list[int] = []
+    alone, both = evaluate_photographs(load_test_photographs(data), load_stages([fresh], "default"), done.append)
+    assert (alone.detector, alone.model, alone.rule, alone.threshold) == ("ACF", "fresh", "-", None)
+    assert (both.detector, both.model, both.rule, both.threshold) == ("ACF + CNN", "fresh", "paper rule", None)
+    assert alone.evaluation.counts() == Counts(PICTURES, 3 * PICTURES, 0)  # a second box of each bar
+    counts = both.evaluation.counts()
+    assert counts.false_positives <= 3 * PICTURES
+    assert counts.true_positives + counts.false_negatives == PICTURES
+    assert done == [1, 2, 3, 4]
 
 
 def test_a_model_with_a_threshold_is_evaluated_on_all_proposals_and_on_those_above_it(
     data: Path, fresh: str, tmp_path: Path
 ) -> None:
     load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "model.npz")
-    rows = evaluate_stages(data, str(tmp_path / "model.npz"))
+    rows = table(data, str(tmp_path / "model.npz"))
     assert [(row.detector, row.threshold) for row in rows] == [
         ("ACF", None),
         ("ACF", 45.0),
         ("ACF + CNN", None),
         ("ACF + CNN", 45.0),
     ]
-    assert (rows[0].false_positives, rows[1].false_positives) == (3 * PICTURES, 0)
+    assert [row.evaluation.counts().false_positives for row in rows[:2]] == [3 * PICTURES, 0]
+
+
+def test_several_models_stand_in_one_table_with_the_same_figures_as_alone(
+    data: Path, fresh: str, tmp_path: Path
+) -> None:
+    load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "other.npz")
+    other = str(tmp_path / "other.npz")
+    together = evaluate_photographs(load_test_photographs(data), load_stages([fresh, other], "default"))
+    assert [row.model for row in together] == ["fresh"] * 2 + ["other"] * 4
+    alone = [*table(data, fresh), *table(data, other)]
+    assert [row.evaluation.counts() for row in together] == [row.evaluation.counts() for row in alone]
+
+
+class Clock:
+    """Time that passes only when a stage works [s]."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class MadeUpClassifier(Classifier):
+    """Takes 4 s per proposal, keeps those in the upper half of the picture."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.least_probability = 0.5
+        self.clock = clock
+
+    def probabilities(self, image: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+        self.clock.now += 4.0 * len(boxes)
+        return (boxes[:, 1] < 0.5 * image.shape[0]).astype(float)
+
+
+def test_rows_derive_from_one_look_with_the_time_of_the_proposals_that_reach_the_network(
+    data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr(staged_image, "perf_counter", clock)
+
+    def propose(image: np.ndarray) -> Detections:
+        """Return the person and nine boxes elsewhere, one of them with a high score and in the lower half."""
+        clock.now += 10.0
+        boxes = np.tile([LEFT + 200.0, 100.0, 40.0, 100.0], (10, 1))
+        boxes[0] = (LEFT - 6.0, TOP, 36.0, BAR[1])
+        boxes[1, 1] = 130.0
+        return Detections(boxes, np.array([90.0, 80.0, *range(7, -1, -1)]), np.ones(10))
+
+    stages = Stages("ACF", "made up", propose, 50.0, MadeUpClassifier(clock))
+    rows = evaluate_photographs(load_test_photographs(data), [stages])
+    counts = [row.evaluation.counts() for row in rows]
+    assert counts == [Counts(PICTURES, false * PICTURES, 0) for false in (9, 1, 8, 0)]
+    seconds = [1.0 / row.frames_per_second for row in rows]
+    assert seconds == pytest.approx([10.0, 10.0, 10.0 + 10 * 4.0, 10.0 + 2 * 4.0])
 
 
 def test_an_unknown_model_and_missing_data_are_bad_input(data: Path, fresh: str, tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="acf_nowhere"):
         choose_threshold(data, "acf_nowhere")
-    with pytest.raises(BadInputError, match=r"gt\.json"):
-        evaluate_stages(tmp_path, fresh)
+    with pytest.raises(BadInputError, match="cnn_nowhere"):
+        load_stages([fresh], "cnn_nowhere")
+    with pytest.raises(BadInputError, match="neither inria/"):
+        choose_threshold(tmp_path / "..", fresh)
 
 
 @pytest.mark.data
 def test_the_toolbox_s_model_can_be_evaluated_by_its_path(data_folder: Path, data: Path) -> None:
-    rows = evaluate_stages(data, str(data_folder / "models" / "AcfInriaDetector.mat"))
+    rows = table(data, str(data_folder / "models" / "AcfInriaDetector.mat"))
     assert [row.threshold for row in rows] == [None, 40.0, None, 40.0]

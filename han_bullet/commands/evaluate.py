@@ -1,16 +1,23 @@
-"""`han-bullet evaluate`: the figures of the pedestrian detector on photographs."""
+"""`han-bullet evaluate`: the figures of the pedestrian detector on photographs and on rendered sequences."""
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table
 
-from han_bullet.atomic_file import write_json
-from han_bullet.commands.parsing import Commands, Parser, command
+from han_bullet.commands.parsing import Commands, Parser, command, output_folder, positive
+from han_bullet.errors import BadInputError
+
+if TYPE_CHECKING:
+    from han_bullet.detector_figures import FiguresRow
+
+FRAMES = 500  # of each rendered sequence
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -18,47 +25,118 @@ def add(commands: Commands[Parser]) -> None:
     parser = command(
         commands,
         "evaluate",
-        "miss rate of the detector on the INRIA test photographs, with and without the CNN",
-        "  han-bullet evaluate --data DIR\n  han-bullet evaluate --data DIR --model my_acf.npz --out runs/mine",
+        "miss rate and speed of the detector, with and without the CNN, on the INRIA test photographs or on renderings",
+        "  han-bullet evaluate --data DIR\n"
+        "  han-bullet evaluate --data DIR --model my_acf.npz --classifier my_cnn.safetensors --out runs/mine\n"
+        "  han-bullet evaluate --data DIR --compare AcfInriaDetector.mat hog --out runs/compared\n"
+        "  han-bullet evaluate --data DIR --model my_acf.npz --choose-threshold --out runs/mine\n"
+        "  han-bullet evaluate --rendered --frames 200",
     )
     add_option = parser.add_argument
-    add_option("--data", type=Path, required=True, metavar="DIR", help="folder with inria/test and inria/gt.json")
+    add_option("--data", type=Path, metavar="DIR", help="folder of the photographs, with inria/ or INRIAPerson/ in it")
+    add_option("--rendered", action="store_true", help="instead: a ceiling camera's and the robot's rendered sequence")
+    add_option("--frames", type=positive, default=FRAMES, help=f"of each rendered sequence (default {FRAMES})")
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
-    add_option("--out", type=Path, metavar="DIR", help="also write evaluation.json there")
+    add_option(
+        "--compare",
+        nargs="+",
+        default=[],
+        metavar="NAME|FILE",
+        help="others in the table; hog: OpenCV's",
+    )
+    add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
+    add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and the curves as pictures")
     add_option(
         "--choose-threshold",
         action="store_true",
-        help="choose the score that leaves 0.45 false positives per image; with --out, write the model with it",
+        help="choose the score that leaves 0.45 false positives per photograph; with --out, write the model with it",
     )
     parser.set_defaults(handler=_evaluate)
 
 
 def _evaluate(options: argparse.Namespace, console: Console) -> int:
-    from rich.progress import Progress
-
-    from han_bullet.inria_table import choose_threshold, evaluate_stages
-
+    if (options.data is None) != options.rendered:
+        raise BadInputError("evaluate needs either --data DIR with photographs or --rendered; see evaluate --help")
+    if options.choose_threshold and options.rendered:
+        raise BadInputError("--choose-threshold is for photographs: --data DIR instead of --rendered")
     if options.choose_threshold:
-        model = choose_threshold(options.data, options.model)
-        console.print(f"score threshold {model.score_threshold:.2f}")
-        if options.out:
-            options.out.mkdir(parents=True, exist_ok=True)
-            model.save(options.out / "acf.npz")
-        return 0
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("evaluate", total=1.0)
-        rows = evaluate_stages(options.data, options.model, lambda done: bar.update(task, completed=done))
-    table = Table("detector", "threshold", "TP", "FP", "FN", "log-average miss rate", "frames per second")
-    for row in rows:
-        threshold = "all" if row.threshold is None else f"{row.threshold:.1f}"
-        counts = (str(row.true_positives), str(row.false_positives), str(row.false_negatives))
-        table.add_row(row.detector, threshold, *counts, f"{row.miss_rate:.2%}", f"{row.frames_per_second:.1f}")
-    console.print(table)
-    console.print(
-        "287 of the 288 INRIA test photographs, rebuilt from copies with inpainted lines; see docs/detector.md"
-    )
+        _choose_threshold(options, console)
+    elif options.rendered:
+        _rendered(options, console)
+    else:
+        _photographs(options, console)
+    return 0
+
+
+def _choose_threshold(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.inria_table import choose_threshold
+
+    model = choose_threshold(options.data, options.model)
+    console.print(f"score threshold {model.score_threshold:.2f}")
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
-        write_json(options.out / "evaluation.json", {"rows": [asdict(row) for row in rows]})
-        console.print(f"figures in {options.out / 'evaluation.json'}", soft_wrap=True)
-    return 0
+        model.save(options.out / "acf.npz")
+        console.print(f"model in {options.out / 'acf.npz'}", soft_wrap=True)
+
+
+def _photographs(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.detection.inria import load_test_photographs, photographs_note
+    from han_bullet.detection.stages import load_stages
+    from han_bullet.evaluation_report import LEGEND, PHOTOGRAPHS
+    from han_bullet.inria_table import evaluate_photographs
+
+    images = load_test_photographs(options.data)
+    detectors = load_stages([options.model, *options.compare], options.classifier)
+    rows = _with_bar(len(images), console, lambda report: evaluate_photographs(images, detectors, report))
+    notes = {"figures": LEGEND, "images": photographs_note(options.data, images), "classifier": options.classifier}
+    _show(rows, PHOTOGRAPHS, notes, options.out, console)
+
+
+def _rendered(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.detection.stages import load_stages
+    from han_bullet.evaluation_report import RENDERED, RENDERED_LEGEND
+    from han_bullet.rendered_table import SEQUENCES, evaluate_rendered
+
+    detectors = load_stages([options.model, *options.compare], options.classifier)
+    total = len(SEQUENCES) * options.frames
+    rows = _with_bar(total, console, lambda report: evaluate_rendered(options.frames, detectors, report))
+    note = f"{options.frames} rendered frames of each sequence; people cut, hidden, small or seen steeply are ignored"
+    notes = {"figures": RENDERED_LEGEND, "images": note, "classifier": options.classifier}
+    _show(rows, RENDERED, notes, options.out, console)
+
+
+def _with_bar(
+    total: int, console: Console, work: Callable[[Callable[[int], None]], list[FiguresRow]]
+) -> list[FiguresRow]:
+    """Do work that reports how many images are done."""
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("evaluate", total=total)
+        return work(lambda done: bar.update(task, completed=done))
+
+
+def _show(
+    rows: Sequence[FiguresRow], headings: Sequence[str], notes: Mapping[str, str], out: Path | None, console: Console
+) -> None:
+    from han_bullet.evaluation_report import write_report
+
+    for name in dict.fromkeys(row.images for row in rows):
+        console.print(_table([row for row in rows if row.images == name], headings))
+    console.print(f"\n{notes['figures']}\n{notes['images']}", soft_wrap=True)
+    if out:
+        out.mkdir(parents=True, exist_ok=True)
+        write_report(out, rows, headings, notes)
+        console.print(f"figures in {out}/", soft_wrap=True)
+
+
+def _table(rows: Sequence[FiguresRow], headings: Sequence[str]) -> Table:
+    """Return the table of one set of images, without columns that would say the same in each line."""
+    from han_bullet.evaluation_report import cells
+
+    same = {"images"} | ({"model"} if len({row.model for row in rows}) == 1 else set())
+    shown = [heading for heading in headings if heading not in same]
+    title = f"{rows[0].images}, {rows[0].model}" if "model" in same else rows[0].images
+    columns = [heading.replace(" ", "\n") for heading in shown]
+    table = Table(*columns, title=title, title_justify="left", box=None, padding=(0, 1, 0, 0))
+    for line in cells(rows, shown):
+        table.add_row(*line)
+    return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import NoReturn
 
 from han_bullet.errors import BadInputError
@@ -47,3 +48,12 @@ def positive(text: str) -> int:
 def names(text: str) -> tuple[str, ...]:
     """Read names separated by commas."""
     return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def output_folder(text: str) -> Path:
+    """Read the path of a folder that exists or can be made."""
+    path = Path(text)
+    existing = next(place for place in (path, *path.absolute().parents) if place.exists())
+    if not existing.is_dir():
+        raise argparse.ArgumentTypeError(f"{str(existing)!r} is a file; a folder would be right")
+    return path

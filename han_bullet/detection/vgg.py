@@ -100,7 +100,8 @@ def _blocks(blocks: Sequence[Sequence[int]]) -> nn.Sequential:
 
 
 def _cells(height: int, width: int, blocks: int) -> int:
-    return (height // 2**blocks) * (width // 2**blocks)
+    shrinkage: int = 2**blocks
+    return (height // shrinkage) * (width // shrinkage)
 
 
 def _draw_convolutions(features: nn.Sequential) -> None:
@@ -135,7 +136,7 @@ def _copy_convolutions(weights: Mapping[str, Any], features: nn.Sequential, path
             own, given = getattr(layer, name), weights.get(f"features.{number}.{name}")
             if not isinstance(given, Tensor) or given.shape != own.shape or not torch.isfinite(given).all():
                 raise BadInputError(
-                    f"{path}: features.{number}.{name} must be {tuple(own.shape)} finite numbers, as in torchvision's VGG-16"
+                    f"{path}: features.{number}.{name} must be {tuple(own.shape)} finite numbers, as torchvision has them"
                 )
             own.data = given.float().clone()
 

@@ -1,0 +1,105 @@
+"""`han-bullet evaluate` as a person meets it: tables, files, one sentence about what is wrong."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from han_bullet.cli import main
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["evaluate", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("han-bullet: ") and captured.err.count("\n") == 1
+    assert "Traceback" not in captured.err + captured.out
+    return captured.err
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """Return a folder with two grey photographs, a person noted in the first."""
+    folder = tmp_path / "data"
+    (folder / "inria" / "test").mkdir(parents=True)
+    for name in ("a.png", "b.png"):
+        assert cv2.imwrite(str(folder / "inria" / "test" / name), np.full((240, 320, 3), 90, np.uint8))
+    labels = {"a.png": {"boxes_xyxy": [[60, 70, 100, 170]]}, "b.png": {"boxes_xyxy": []}}
+    (folder / "inria" / "gt.json").write_text(json.dumps(labels), encoding="utf-8")
+    return folder
+
+
+def test_the_table_is_shown_and_its_files_are_written(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new" / "out"
+    assert main(["evaluate", "--data", str(data), "--out", str(out)]) == 0
+    shown = capsys.readouterr().out
+    assert "ACF + CNN" in shown and "paper rule" in shown and "2 INRIA test photographs with 1 people" in shown
+    assert {path.name for path in out.iterdir()} == {"evaluation.json", "evaluation.md", "miss_rate_INRIA.png"}
+    assert len(json.loads((out / "evaluation.json").read_text())["rows"]) == 4
+
+
+def test_other_models_stand_in_the_same_table(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--data", str(data), "--compare", "acf_inria", "hog", "--out", str(tmp_path / "out")]
+    assert main(["evaluate", *arguments]) == 0
+    rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
+    assert [row["model"] for row in rows] == ["acf_inria"] * 8 + ["OpenCV"]
+    assert (rows[-1]["detector"], rows[-1]["rule"], rows[-1]["threshold"]) == ("HOG", "-", None)
+
+
+def test_rendered_sequences_are_measured_without_photographs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["evaluate", "--rendered", "--frames", "20", "--out", str(tmp_path / "out")]) == 0
+    assert "20 rendered frames of each sequence" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
+    assert [row["images"] for row in rows] == ["corridor"] * 4 + ["MBOT"] * 4
+    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {
+        "miss_rate_corridor.png",
+        "miss_rate_MBOT.png",
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ([], "either --data DIR with photographs or --rendered"),
+        (["--data", "{data}", "--rendered"], "either --data DIR with photographs or --rendered"),
+        (["--rendered", "--choose-threshold"], "--choose-threshold is for photographs"),
+        (["--rendered", "--frames", "0"], "'0' is not a whole number of at least 1"),
+        (["--rendered", "--frames", "1", "--model", "acf_nowhere"], "acf_nowhere"),
+        (["--data", "nowhere"], "'nowhere' does not exist"),
+        (["--data", "{empty}"], "neither inria/ nor INRIAPerson/"),
+        (["--data", "{data}", "--model", "acf_nowhere"], "acf_nowhere"),
+        (["--data", "{data}", "--compare", "acf_nowhere"], "acf_nowhere"),
+        (["--data", "{data}", "--model", "{file}"], "file.npz is not an ACF model"),
+        (["--data", "{data}", "--classifier", "{file}"], "file.npz is not a pedestrian classifier"),
+        (["--data", "{data}", "--out", "{file}"], "file.npz' is a file; a folder would be right"),
+        (["--data", "{data}", "--out", "{file}/below"], "file.npz' is a file; a folder would be right"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], expected: str
+) -> None:
+    places = {"data": data, "empty": tmp_path / "empty", "file": tmp_path / "file.npz"}
+    places["empty"].mkdir()
+    places["file"].write_text("no model")
+    assert expected in complaint(capsys, *(argument.format(**places) for argument in arguments))
+
+
+def test_a_photograph_that_cannot_be_read_is_named(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (data / "inria" / "test" / "b.png").write_text("no picture")
+    assert "b.png is not a picture" in complaint(capsys, "--data", str(data))
+
+
+def test_photographs_without_anybody_are_refused(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (data / "inria" / "gt.json").write_text('{"a.png": {"boxes_xyxy": []}}', encoding="utf-8")
+    assert "no person in them" in complaint(capsys, "--data", str(data))
+    assert "no person in them" in complaint(capsys, "--data", str(data), "--choose-threshold")
+
+
+def test_a_list_that_is_no_list_is_refused(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (data / "inria" / "gt.json").write_text("{", encoding="utf-8")
+    assert "gt.json must map names to boxes_xyxy" in complaint(capsys, "--data", str(data))

@@ -1,0 +1,60 @@
+"""The search of a whole image with the CNN, as the benchmark times it."""
+
+import numpy as np
+import pytest
+
+from benchmarks.exhaustive_cnn import PAPER_SECONDS, Search, both_stages, lines, search
+from han_bullet.detection.cnn import Classifier
+from han_bullet.detection.stages import Stages
+from han_bullet.messages import Detections
+
+IMAGE = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
+
+
+class Witness(Classifier):
+    """Remembers the first and the last pixel of each window it is shown."""
+
+    def __init__(self) -> None:
+        self.least_probability = 0.5
+        self.corners: list[tuple[int, ...]] = []
+        self.boxes = 0
+
+    def probabilities_of_crops(self, crops: np.ndarray) -> np.ndarray:
+        assert crops.shape[1:] == (64, 64, 3)
+        self.corners += [(*crop[0, 0], *crop[-1, -1]) for crop in crops]
+        return np.zeros(len(crops))
+
+    def probabilities(self, image: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+        self.boxes = len(boxes)
+        return np.zeros(len(boxes))
+
+
+def test_every_window_of_the_image_is_shown_once() -> None:
+    witness = Witness()
+    found = search(witness, IMAGE, most_seconds=np.inf)
+    assert (found.rows, found.columns, found.measured) == (105, 145, 105 * 145)
+    expected = {(*IMAGE[y, x], *IMAGE[y + 63, x + 63]) for y in range(0, 480 - 63, 4) for x in range(0, 640 - 63, 4)}
+    shown = witness.corners[145:]  # the first row was a trial
+    assert len(shown) == 105 * 145 and set(shown) == expected
+
+
+def test_a_search_ends_with_the_row_in_which_its_time_is_over() -> None:
+    assert search(Witness(), IMAGE, most_seconds=0.0).measured == 145
+
+
+def test_the_table_has_the_paper_s_arithmetic_and_the_whole_image() -> None:
+    table = lines(Search(105, 145, 1450, 2.9), proposals=3, seconds=0.025)
+    assert [row[1] for row in table] == [250, 15225, 250, 15225, 3]
+    assert table[0][2:] == pytest.approx((250 * PAPER_SECONDS, 0.1238), rel=1e-3)
+    assert table[2][2:] == pytest.approx((0.5, 2.0))
+    assert table[3][2:] == pytest.approx((30.45, 1 / 30.45))
+    assert table[4][2:] == pytest.approx((0.025, 40.0))
+
+
+def test_only_proposals_above_the_threshold_reach_the_network() -> None:
+    witness = Witness()
+    found = Detections(np.zeros((3, 4)), np.array([50.0, 40.0, 39.9]), np.ones(3))
+    stages = Stages("ACF", "made up", lambda image: found, 40.0, witness)
+    proposals, seconds = both_stages(stages, IMAGE)
+    assert (proposals, witness.boxes) == (2, 2)
+    assert seconds > 0.0
