@@ -1,62 +1,156 @@
-"""`han-bullet train`: make the weights of the pedestrian detector."""
+"""`han-bullet train acf | cnn`: make the detector's weights from photographs."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 
 from han_bullet.commands.parsing import Commands, Parser, command, natural, positive
+from han_bullet.errors import BadInputError
+
+Report = Callable[[str, float], None]
 
 
 def add(commands: Commands[Parser]) -> None:
-    """Add `train`."""
+    """Add `train` with a subcommand for each stage."""
     parser = command(
         commands,
         "train",
         "train a stage of the detector from the INRIA photographs",
         "  han-bullet train acf --data DIR\n"
-        "  han-bullet train cnn --data DIR --acf runs/train/acf.npz --out runs/train/cnn.safetensors",
+        "  han-bullet train cnn --data DIR --acf runs/train/acf.npz --recipe extended",
     )
-    add_option = parser.add_argument
-    add_option("stage", choices=("acf", "cnn"), help="acf: the boosted cascade; cnn: the classifier of its proposals")
-    add_option("--data", type=Path, required=True, metavar="DIR", help="folder with inria/train_pos and train_neg")
-    add_option("--out", type=Path, metavar="FILE", help="weights to write (default runs/train/)")
-    add_option("--seed", type=natural, default=0, help="of every random choice (default 0)")
-    add_option("--acf", default="default", metavar="NAME|FILE", help="cnn: whose proposals to learn from")
-    add_option("--epochs", type=positive, help="cnn: passes over the samples (default: as shipped)")
-    parser.set_defaults(handler=_train)
+    stages = parser.add_subparsers(metavar="STAGE", required=True, parser_class=Parser)
+    _add_acf(stages)
+    _add_cnn(stages)
 
 
-def _train(options: argparse.Namespace, console: Console) -> int:
-    out = options.out or Path("runs/train") / {"acf": "acf.npz", "cnn": "cnn.safetensors"}[options.stage]
-    out.parent.mkdir(parents=True, exist_ok=True)
-    (_train_acf if options.stage == "acf" else _train_cnn)(options, out, console)
-    console.print(f"weights in {out}", soft_wrap=True)
-    return 0
+def _add_acf(stages: Commands[Parser]) -> None:
+    parser = command(
+        stages,
+        "acf",
+        "train the boosted cascade of the first stage, in four stages that each learn from the last one's mistakes",
+        "  han-bullet train acf --data DIR\n"
+        "  han-bullet train acf --data DIR --boosting discrete --depth 2  # as the original",
+    )
+    _add_common(parser, "runs/train/acf.npz")
+    add = parser.add_argument
+    add("--boosting", choices=("gentle", "discrete"), default="gentle", help="discrete: AdaBoost, as the original")
+    add("--depth", type=positive, default=3, help="of each tree (default 3; the original: 2)")
+    parser.set_defaults(handler=_train_acf)
 
 
-def _train_acf(options: argparse.Namespace, out: Path, console: Console) -> None:
-    from rich.progress import Progress
+def _add_cnn(stages: Commands[Parser]) -> None:
+    parser = command(
+        stages,
+        "cnn",
+        "train the classifier of the first stage's proposals",
+        "  han-bullet train cnn --data DIR                     # the paper's recipe\n"
+        "  han-bullet train cnn --data DIR --recipe extended   # as the shipped weights\n"
+        "  han-bullet train cnn --data DIR --network vgg-d --weights vgg16.pth",
+    )
+    _add_common(parser, "runs/train/cnn.safetensors")
+    add = parser.add_argument
+    add("--acf", default="default", metavar="NAME|FILE", help="whose proposals to learn from")
+    add(
+        "--network",
+        choices=("squeezenet", "vgg-d", "small"),
+        default="squeezenet",
+        help="squeezenet from ImageNet weights in DIR/squeezenet; vgg-d, the paper's; small, narrow and from scratch",
+    )
+    add(
+        "--weights",
+        type=Path,
+        metavar="FILE",
+        help="ImageNet weights; vgg-d: torchvision's VGG-16 (.pth)",
+    )
+    add(
+        "--recipe",
+        choices=("paper", "extended"),
+        default="paper",
+        help="what to train on, and how (default paper)",
+    )
+    add("--epochs", type=positive, help="passes over the samples (default: the recipe's)")
+    add("--learning-rate", type=float, metavar="RATE", help="default: the recipe's")
+    add("--bf16", action="store_true", help="multiply in bfloat16: faster on processors that have it")
+    add("--resume", action="store_true", help="go on from the checkpoint of an interrupted training")
+    parser.set_defaults(handler=_train_cnn)
 
-    from han_bullet.detection.training.acf_training import train_acf
 
-    with Progress(console=console) as bar:
-        task = bar.add_task("train acf", total=1.0)
+def _add_common(parser: Parser, out: str) -> None:
+    add = parser.add_argument
+    add(
+        "--data",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder with INRIA's photographs (docs/detector.md)",
+    )
+    add("--out", type=Path, default=Path(out), metavar="FILE", help=f"weights to write (default {out})")
+    add("--seed", type=natural, default=0, help="of every random choice (default 0)")
+
+
+def _train_acf(options: argparse.Namespace, console: Console) -> int:
+    from han_bullet.detection.training.acf_training import AcfTrainingOptions, train_acf
+    from han_bullet.detection.training.boosting import DiscreteAdaBoost, GentleBoost
+
+    boosting = GentleBoost() if options.boosting == "gentle" else DiscreteAdaBoost()
+    training = AcfTrainingOptions(boosting=boosting, depth=options.depth)
+
+    def train(report: Report) -> None:
+        train_acf(options.data, options.out, options.seed, report, training)
+
+    return _run("train acf", options, console, train)
+
+
+def _train_cnn(options: argparse.Namespace, console: Console) -> int:
+    from han_bullet.detection.acf import AcfDetector, load_acf_model
+    from han_bullet.detection.threads import use_one_thread
+    from han_bullet.detection.training.cnn_training import CnnTraining, train_cnn
+    from han_bullet.detection.training.recipe import EXTENDED, PAPER
+
+    use_one_thread()
+    recipe = EXTENDED if options.recipe == "extended" else PAPER
+    recipe = replace(
+        recipe,
+        epochs=options.epochs or recipe.epochs,
+        learning_rate=recipe.learning_rate if options.learning_rate is None else options.learning_rate,
+    )
+    training = CnnTraining(options.network, options.weights, options.seed, options.bf16, options.resume)
+    proposer = AcfDetector(load_acf_model(options.acf))
+
+    def train(report: Report) -> None:
+        train_cnn(options.data, proposer, options.out, recipe, training, report)
+
+    return _run("train cnn", options, console, train)
+
+
+def _run(name: str, options: argparse.Namespace, console: Console, train: Callable[[Report], None]) -> int:
+    """Train with a progress bar; write the log and the model card beside the weights."""
+    from rich.progress import Progress, TimeElapsedColumn
+
+    from han_bullet.model_card import TrainingLog, write_model_card
+
+    if options.out.is_dir():
+        raise BadInputError(f"--out {options.out} is a folder; a file for the weights would be right")
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        TrainingLog(options.out.with_suffix(".log")) as log,
+        Progress(*Progress.get_default_columns(), TimeElapsedColumn(), console=console) as bar,
+    ):
+        task = bar.add_task(name, total=1.0)
 
         def report(line: str, done: float) -> None:
             bar.update(task, completed=done)
-            bar.log(line)
+            if line:
+                log.write(line)
+                bar.console.print(line, soft_wrap=True, highlight=False)
 
-        train_acf(options.data, out, options.seed, report)
-
-
-def _train_cnn(options: argparse.Namespace, out: Path, console: Console) -> None:
-    from han_bullet.detection.acf import AcfDetector, load_acf_model
-    from han_bullet.detection.threads import use_one_thread
-    from han_bullet.detection.training.cnn_training import EPOCHS, train_cnn
-
-    use_one_thread()
-    proposer = AcfDetector(load_acf_model(options.acf))
-    train_cnn(options.data, proposer, out, options.seed, options.epochs or EPOCHS, report=console.log)
+        train(report)
+    card = write_model_card(options.out, name, options.seed, options.data, log)
+    console.print(f"weights in {options.out}, their card in {card}, the log in {log.path}", soft_wrap=True)
+    return 0

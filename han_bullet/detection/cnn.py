@@ -11,25 +11,25 @@ import numpy as np
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
-from torch import Tensor, nn
+from torch import Tensor
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.model_files import DEFAULT, classifier_file
-from han_bullet.detection.networks import SIDE, SmallVgg, SqueezeTrunk
+from han_bullet.detection.network import CropNetwork
 from han_bullet.detection.pictures import Image, cut
+from han_bullet.detection.squeezenet import SqueezeTrunk
+from han_bullet.detection.vgg import SmallVgg, VggD
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
 # The network sees the padded window of ACF's INRIA model, 64 x 128 around a person of 100: what surrounds a body helps
-# to tell it from a post. The window is squeezed to a square: its width matters more than its height.
+# to tell it from a post. The paper squeezes it to a square; SqueezeNet gets it in its own shape.
 WINDOW_HEIGHT = 1.28  # of the box's height
 WINDOW_WIDTH = 0.64  # of the box's height, so that a box of any proportion gives undistorted people
-# A proposal is kept from this probability on. A person dropped costs more than a mistake kept, which the tracker still
-# has to see confirmed: 0.2 is the largest tenth at which all 540 validation people stay and 99.5 % of the rendered ones
-# (0.5: 539 and 98.6 %), for 1.0 instead of 0.5 % of the hard negatives.
-LEAST_PROBABILITY = 0.2
+LEAST_PROBABILITY = 0.5  # of a proposal that is kept: the likelier of the two classes, as in the paper
 
-ARCHITECTURES: Mapping[str, type[SmallVgg] | type[SqueezeTrunk]] = {"vgg": SmallVgg, "squeezenet": SqueezeTrunk}
+Network = VggD | SqueezeTrunk | SmallVgg
+NETWORKS: Mapping[str, type[Network]] = {"vgg-d": VggD, "squeezenet": SqueezeTrunk, "small": SmallVgg}
 
 
 class Classifier:
@@ -40,21 +40,23 @@ class Classifier:
 
     Attributes:
         least_probability: From which a proposal is kept.
+        size: Height and width of the crops that it takes [px].
     """
 
-    def __init__(self, network: nn.Module, least_probability: float = LEAST_PROBABILITY) -> None:
-        """Take a network that maps (n, 3, 64, 64) RGB, 0 to 255, to logits (n, 2): other, pedestrian."""
+    def __init__(self, network: CropNetwork, least_probability: float = LEAST_PROBABILITY) -> None:
+        """Take a network and the decision."""
         if not 0.0 <= least_probability <= 1.0:
             raise BadInputError(f"least probability is {least_probability}; 0 to 1 would be right")
         self.least_probability = least_probability
+        self.size = (network.height, network.width)
         self._network = network.to(memory_format=torch.channels_last).eval()  # type: ignore[call-overload]
 
     def probabilities(self, image: Image, boxes: Array) -> Array:
         """Return the probability that each box, (n, 4) x, y, width, height [px], holds a pedestrian, shape (n,)."""
-        return self.probabilities_of_crops(crop(image, boxes))
+        return self.probabilities_of_crops(crop(image, boxes, self.size))
 
     def probabilities_of_crops(self, crops: Image) -> Array:
-        """Return the same for crops, shape (n, 64, 64, 3)."""
+        """Return the same for crops, shape (n, height, width, 3)."""
         if len(crops) == 0:
             return np.zeros(0)
         with torch.inference_mode():
@@ -63,8 +65,8 @@ class Classifier:
         return chances
 
 
-def crop(image: Image, boxes: Array) -> Image:
-    """Cut the network's input out of an image.
+def crop(image: Image, boxes: Array, size: tuple[int, int], margin: float = 1.0) -> Image:
+    """Cut a network's input out of an image.
 
     The window has the box's centre, 0.64 times its height as width and 1.28 times as height; beyond the image's edge
     the edge repeats, as for ACF.
@@ -72,34 +74,38 @@ def crop(image: Image, boxes: Array) -> Image:
     Args:
         image: RGB, (height, width, 3).
         boxes: (n, 4): x, y, width, height [px].
+        size: Height and width of the input [px].
+        margin: How many times as large window and input are cut, for training.
 
     Returns:
-        Shape (n, 64, 64, 3).
+        Shape (n, margin * height, margin * width, 3).
     """
-    crops = np.empty((len(boxes), SIDE, SIDE, 3), np.uint8)
+    rows, columns = round(size[0] * margin), round(size[1] * margin)
+    crops = np.empty((len(boxes), rows, columns, 3), np.uint8)
     for index, (x, y, width, height) in enumerate(np.asarray(boxes, float).reshape(-1, 4)):
-        size = np.array([WINDOW_WIDTH, WINDOW_HEIGHT]) * height
-        left, top = np.round([x + 0.5 * (width - size[0]), y + 0.5 * (height - size[1])]).astype(int)
-        columns, rows = np.maximum(np.round(size).astype(int), 1)
-        window = cut(image, left, top, left + columns, top + rows)
-        crops[index] = cv2.resize(window, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+        window = np.array([WINDOW_WIDTH, WINDOW_HEIGHT]) * height * margin
+        left, top = np.round([x + 0.5 * (width - window[0]), y + 0.5 * (height - window[1])]).astype(int)
+        across, down = np.maximum(np.round(window).astype(int), 1)
+        part = cut(image, left, top, left + across, top + down)
+        how = cv2.INTER_AREA if down > rows else cv2.INTER_LINEAR
+        crops[index] = cv2.resize(part, (columns, rows), interpolation=how)
     return crops
 
 
 def as_batch(crops: Image) -> Tensor:
-    """Return crops (n, 64, 64, 3) as the float tensor (n, 3, 64, 64) that networks take, channels last in memory."""
+    """Return crops (n, h, w, 3) as the float tensor (n, 3, h, w) that networks take, channels last in memory."""
     return torch.from_numpy(np.ascontiguousarray(crops)).float().permute(0, 3, 1, 2)
 
 
-def save_network(network: SmallVgg | SqueezeTrunk, path: Path) -> None:
+def save_network(network: CropNetwork, path: Path) -> None:
     """Write a network's weights as safetensors, in half precision, with its architecture."""
-    names = {kind: name for name, kind in ARCHITECTURES.items()}
+    names: dict[type[CropNetwork], str] = {kind: name for name, kind in NETWORKS.items()}
     description = json.dumps({"architecture": names[type(network)], "arguments": network.arguments})
     weights = {name: weight.half().contiguous() for name, weight in network.state_dict().items()}
     write_at_once(path, save(weights, {"network": description}))  # one entry: several come in random order
 
 
-def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
+def load_network(path: Path) -> CropNetwork:
     """Read a network that `save_network` wrote.
 
     Raises:
@@ -111,7 +117,7 @@ def load_network(path: Path) -> SmallVgg | SqueezeTrunk:
             weights = {name: file.get_tensor(name).float() for name in file.keys()}  # noqa: SIM118 (it is no mapping)
         description = json.loads(metadata["network"])
         with torch.device("meta"):  # no random weights first: they would advance torch's generator
-            network = ARCHITECTURES[description["architecture"]](**description["arguments"])
+            network = NETWORKS[description["architecture"]](**description["arguments"])
         network.load_state_dict(weights, assign=True)
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())

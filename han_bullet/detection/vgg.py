@@ -136,7 +136,7 @@ def _copy_convolutions(weights: Mapping[str, Any], features: nn.Sequential, path
             own, given = getattr(layer, name), weights.get(f"features.{number}.{name}")
             if not isinstance(given, Tensor) or given.shape != own.shape or not torch.isfinite(given).all():
                 raise BadInputError(
-                    f"{path}: features.{number}.{name} must be {tuple(own.shape)} finite numbers, as torchvision has them"
+                    f"{path}: features.{number}.{name} must be {tuple(own.shape)} finite numbers, as in torchvision"
                 )
             own.data = given.float().clone()
 

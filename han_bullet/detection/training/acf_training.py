@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.channels import Floats
-from han_bullet.detection.pictures import list_pictures
+from han_bullet.detection.inria import train_backgrounds, train_people
 from han_bullet.detection.training.acf_samples import (
     CROP_MARGIN,
     PERSON_HEIGHT,
@@ -68,7 +68,7 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
     The same seed and data give the same file contents bit for bit.
 
     Args:
-        data: Folder that holds inria/train_pos (crops of 96 x 160 px) and inria/train_neg (photographs).
+        data: Folder with the INRIA photographs, see `han_bullet.detection.inria`.
         out: File to write, .npz.
         seed: Of all random choices.
         report: Receives the log.
@@ -79,8 +79,8 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
     """
     options = options or AcfTrainingOptions()
     rng = np.random.default_rng(seed)
-    photographs = list_pictures(data / "inria" / "train_neg")
-    people, lambdas = _people(list_pictures(data / "inria" / "train_pos"), report)
+    photographs = train_backgrounds(data)
+    people, lambdas = _people(train_people(data), report)
     negatives: Floats = np.empty((0, people.shape[1]), np.float32)
     model: AcfModel | None = None
     total, done = sum(options.trees_of_stages), 0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,16 +13,22 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.cnn import crop
-from han_bullet.detection.pictures import Image, list_pictures, read_picture
+from han_bullet.detection.inria import train_backgrounds, train_people
+from han_bullet.detection.overlap import intersection_over_union
+from han_bullet.detection.pictures import Image, cut, read_picture
+from han_bullet.detection.training.recipe import Recipe
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
 PERSON_HEIGHT = 96.0  # in the centre of an INRIA training crop [px]
-LARGEST_JITTER = 5.0  # of translation and of scale [px], as the paper has it
-HARD_NEGATIVES_PER_PHOTOGRAPH = 18  # at most, as the paper has it
-# The "not fully trained" proposer: as few of the 2048 trees as the first of ACF's four training stages has. They give
-# about the paper's number of hard negatives, 12 552, on our model; 24 trees give 14 500.
+ASPECT = 0.41  # width over height of a person's box
+LARGEST_DEFORMATION = 5.0  # of place and of size [px], as the paper has it
+# The "not fully trained" proposer: as few of the 2048 trees as the first of ACF's four training stages has.
 TREES_OF_WEAK_PROPOSER = 32
+CROP_MARGIN = 1.16  # times the network's input, so that a crop can be moved and scaled without running out of picture
+SURROUNDINGS = 60  # [px] of repeated border around an INRIA crop, for boxes that reach beyond it
+MISPLACED_OVERLAP = (0.1, 0.45)  # intersection over union of a misplaced box with the person
+MOST_TRIALS = 50  # draws of a misplaced box until its overlap is right
 
 Report = Callable[[str], None]
 
@@ -31,7 +38,7 @@ class Samples:
     """Crops with their class and origin.
 
     Attributes:
-        crops: Shape (n, 64, 64, 3), RGB, uint8.
+        crops: With their margin, shape (n, rows, columns, 3), RGB, uint8.
         labels: 1 for pedestrians, 0 for others, shape (n,), int64.
         sources: Number of the photograph behind each crop, shape (n,), int64.
     """
@@ -44,53 +51,76 @@ class Samples:
         """Return some of the samples."""
         return Samples(self.crops[rows], self.labels[rows], self.sources[rows])
 
+    @classmethod
+    def joined(cls, parts: Sequence[Samples]) -> Samples:
+        """Return all samples of several parts."""
+        crops, labels, sources = ([getattr(part, name) for part in parts] for name in ("crops", "labels", "sources"))
+        return cls(np.concatenate(crops), np.concatenate(labels), np.concatenate(sources))
 
-def collect_samples(data: Path, acf: AcfDetector, generator: np.random.Generator, report: Report) -> Samples:
+
+def collect_samples(
+    data: Path,
+    acf: AcfDetector,
+    size: tuple[int, int],
+    recipe: Recipe,
+    generator: np.random.Generator,
+    report: Report,
+) -> Samples:
     """Cut all training crops.
 
     Args:
-        data: Folder with inria/train_pos and inria/train_neg.
-        acf: Proposer whose weakened form finds the hard negatives.
-        generator: Draws the jitter.
+        data: Folder with the INRIA photographs.
+        acf: Proposer that, and whose weakened form, finds the hard negatives.
+        size: Height and width of the network's input [px].
+        recipe: How many of each kind.
+        generator: Draws deformed and misplaced boxes.
         report: Told what was found.
 
     Raises:
         BadInputError: The folders are missing or empty.
     """
-    people = positive_samples(data / "inria" / "train_pos", generator)
-    report(f"{len(people.labels)} crops of people")
-    others = negative_samples(data / "inria" / "train_neg", acf)
+    people = samples_around_people(train_people(data), size, recipe, generator)
+    report(f"{np.count_nonzero(people.labels)} crops of people, {np.count_nonzero(people.labels == 0)} beside them")
+    others = samples_of_background(train_backgrounds(data), acf, size, recipe)
     report(f"{len(others.labels)} hard negatives")
-    sources = np.concatenate([people.sources, others.sources + people.sources.max() + 1])
-    return Samples(
-        np.concatenate([people.crops, others.crops]), np.concatenate([people.labels, others.labels]), sources
-    )
+    return Samples.joined([people, replace(others, sources=others.sources + people.sources.max() + 1)])
 
 
-def positive_samples(folder: Path, generator: np.random.Generator) -> Samples:
-    """Return every INRIA crop once as it is and once with its box moved and scaled by 0 to 5 px at random."""
-    paths = list_pictures(folder)
+def samples_around_people(
+    paths: Sequence[Path], size: tuple[int, int], recipe: Recipe, generator: np.random.Generator
+) -> Samples:
+    """Return every INRIA crop as it is and deformed, as people, and boxes misplaced around it, as background."""
     photographs = sorted({_photograph(path) for path in paths})
-    crops = []
+    parts = []
     for path in paths:
         picture = read_picture(path)
         height, width = picture.shape[:2]
-        exact = np.array([0.5 * width, 0.5 * (height - PERSON_HEIGHT), 0.0, PERSON_HEIGHT])
-        crops.append(crop(picture, np.stack([exact, _jittered(exact, generator)])))
-    sources = np.repeat([photographs.index(_photograph(path)) for path in paths], 2)
-    return Samples(np.concatenate(crops), np.ones(len(sources), np.int64), sources)
+        exact = np.array([0.5 * (width - ASPECT * PERSON_HEIGHT), 0.5 * (height - PERSON_HEIGHT), 0.0, PERSON_HEIGHT])
+        exact[2] = ASPECT * PERSON_HEIGHT
+        boxes = [exact, *(deformed(exact, generator) for _ in range(recipe.deformed))]
+        people = len(boxes)
+        boxes += [misplaced(exact, kind, generator) for kind in range(recipe.misplaced)]
+        wider = cut(picture, -SURROUNDINGS, -SURROUNDINGS, width + SURROUNDINGS, height + SURROUNDINGS)
+        crops = crop(wider, np.array(boxes) + np.array([SURROUNDINGS, SURROUNDINGS, 0, 0]), size, CROP_MARGIN)
+        labels = (np.arange(len(boxes)) < people).astype(np.int64)
+        parts.append(Samples(crops, labels, np.full(len(boxes), photographs.index(_photograph(path)))))
+    return Samples.joined(parts)
 
 
-def negative_samples(folder: Path, acf: AcfDetector) -> Samples:
-    """Return the best proposals, at most 18, that a weakened proposer makes in each person-free photograph."""
-    weak = weakened(acf)
-    crops = []
-    for path in list_pictures(folder):
+def samples_of_background(paths: Sequence[Path], acf: AcfDetector, size: tuple[int, int], recipe: Recipe) -> Samples:
+    """Return the best proposals that a weakened proposer and the proposer itself make in person-free photographs."""
+    proposers = [
+        (proposer, most)
+        for proposer, most in ((acf, recipe.strong_negatives), (weakened(acf), recipe.weak_negatives))
+        if most
+    ]
+    parts = []
+    for number, path in enumerate(paths):
         picture = read_picture(path)
-        boxes = weak.detect(picture).boxes
-        crops.append(crop(picture, boxes[:HARD_NEGATIVES_PER_PHOTOGRAPH]))
-    sources = np.repeat(np.arange(len(crops)), [len(part) for part in crops])
-    return Samples(np.concatenate(crops), np.zeros(len(sources), np.int64), sources)
+        boxes = np.concatenate([proposer.detect(picture).boxes[:most] for proposer, most in proposers])
+        crops = crop(picture, boxes, size, CROP_MARGIN)
+        parts.append(Samples(crops, np.zeros(len(crops), np.int64), np.full(len(crops), number)))
+    return Samples.joined(parts)
 
 
 def weakened(acf: AcfDetector, trees: int = TREES_OF_WEAK_PROPOSER) -> AcfDetector:
@@ -101,6 +131,42 @@ def weakened(acf: AcfDetector, trees: int = TREES_OF_WEAK_PROPOSER) -> AcfDetect
             model, features=model.features[:trees], thresholds=model.thresholds[:trees], leaves=model.leaves[:trees]
         )
     )
+
+
+def deformed(box: Array, generator: np.random.Generator) -> Array:
+    """Return a box, (x, y, width, height) [px], moved and scaled by 0 to 5 px at random."""
+    across, down, growth = generator.uniform(-LARGEST_DEFORMATION, LARGEST_DEFORMATION, 3) / box[3]
+    return placed(box, across, down, 1.0 + growth)
+
+
+def misplaced(box: Array, kind: int, generator: np.random.Generator) -> Array:
+    """Return a box that a first stage might give around a person, and that is wrong.
+
+    Args:
+        box: The person's: x, y, width, height [px].
+        kind: Modulo 4: beside the person; too large; too small, a part of the body; too high or too low.
+        generator: Draws the rest.
+    """
+    moved = box
+    for _ in range(MOST_TRIALS):
+        side = generator.choice([-1.0, 1.0])
+        across, down, scale = (
+            (side * generator.uniform(0.12, 0.3), generator.normal(0.0, 0.04), math.exp(generator.normal(0.0, 0.1))),
+            (generator.normal(0.0, 0.1), generator.uniform(-0.3, 0.3), generator.uniform(1.3, 1.8)),
+            (generator.normal(0.0, 0.06), generator.uniform(-0.3, 0.3), generator.uniform(0.4, 0.75)),
+            (generator.normal(0.0, 0.06), side * generator.uniform(0.25, 0.5), math.exp(generator.normal(0.0, 0.15))),
+        )[kind % 4]
+        moved = placed(box, across, down, scale)
+        if MISPLACED_OVERLAP[0] < intersection_over_union(moved, box)[0, 0] < MISPLACED_OVERLAP[1]:
+            break
+    return moved
+
+
+def placed(box: Array, across: float, down: float, scale: float) -> Array:
+    """Return a box whose centre is moved by parts of its height and whose size is multiplied."""
+    x, y, width, height = box
+    centre_x, centre_y = x + 0.5 * width + across * height, y + 0.5 * height + down * height
+    return np.array([centre_x - 0.5 * scale * width, centre_y - 0.5 * scale * height, scale * width, scale * height])
 
 
 def split(samples: Samples, part: float, generator: np.random.Generator) -> tuple[Samples, Samples]:
@@ -114,23 +180,15 @@ def split(samples: Samples, part: float, generator: np.random.Generator) -> tupl
     Raises:
         BadInputError: A class has fewer than two photographs.
     """
+    shows_people = np.unique(samples.sources[samples.labels == 1])
+    background = np.setdiff1d(samples.sources, shows_people)
     held_out = []
-    for label, name in enumerate(("others", "people")):
-        photographs = np.unique(samples.sources[samples.labels == label])
+    for photographs, name in ((background, "nobody"), (shows_people, "people")):
         if len(photographs) < 2:
             raise BadInputError(f"{len(photographs)} photographs show {name}; training and validation need one each")
         held_out.append(generator.permutation(photographs)[: max(1, round(part * len(photographs)))])
     validation = np.isin(samples.sources, np.concatenate(held_out))
     return samples.select(~validation), samples.select(validation)
-
-
-def _jittered(box: Array, generator: np.random.Generator) -> Array:
-    moved = box.copy()
-    moved[:2] += generator.uniform(-LARGEST_JITTER, LARGEST_JITTER, 2)
-    growth = generator.uniform(-LARGEST_JITTER, LARGEST_JITTER)
-    moved[1] -= 0.5 * growth
-    moved[3] += growth
-    return moved
 
 
 def _photograph(path: Path) -> str:
