@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 
 from han_bullet.geometry import Array
 
+# What a point of ACF score is worth beside the CNN's log-odds. Of the weights 0.01 to 1 it gave the smallest miss rate on
+# a third of the training photographs that neither stage had seen; between 0.05 and 0.2 little changes.
+ACF_WEIGHT = 0.13
+SURE = 1e-9  # probabilities are this far from 0 and 1 at least, so that their log-odds are finite
+
 if TYPE_CHECKING:  # torch is slow to import
     from han_bullet.detection.cnn import Classifier
 
@@ -36,6 +41,16 @@ def paper_rule(least_probability: float) -> Rule:
     return Rule("paper rule", lambda scores, probabilities: (probabilities >= least_probability, scores))
 
 
+def mixed_rule(acf_weight: float = ACF_WEIGHT) -> Rule:
+    """Return the one that drops nothing and ranks by both stages: weighted ACF score plus the CNN's log-odds."""
+
+    def apply(scores: Array, probabilities: Array) -> tuple[NDArray[np.bool_], Array]:
+        sure = np.clip(probabilities, SURE, 1.0 - SURE)
+        return np.ones(len(scores), bool), acf_weight * scores + np.log(sure / (1.0 - sure))
+
+    return Rule("both scores", apply)
+
+
 def rules_of(classifier: Classifier) -> tuple[Rule, ...]:
     """Return the rules that join a first stage with this classifier."""
-    return (paper_rule(classifier.least_probability),)
+    return paper_rule(classifier.least_probability), mixed_rule()

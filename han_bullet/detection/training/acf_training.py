@@ -28,7 +28,6 @@ from han_bullet.detection.training.trees import quantise
 from han_bullet.errors import BadInputError
 
 LEAF_CALIBRATION = 0.005  # added to each leaf after training, so that the cascade gives up fewer people
-DETECTION_CALIBRATION = 0.01  # added once more to the finished classifier, as the original's INRIA demo does
 REPORTED_TREES = 16  # the log has a line for every so many trees
 
 Report = Callable[[str, float], None]
@@ -95,7 +94,12 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
         model.save(out.with_name(f"{out.stem}_stage{stage}.npz"))
         done += trees
     assert model is not None  # there is at least one stage
-    model = replace(model, leaves=model.leaves + np.float32(DETECTION_CALIBRATION))
+    boosting = options.boosting
+    model = replace(
+        model,
+        leaves=model.leaves + np.float32(boosting.calibration),
+        cascade_threshold=boosting.cascade_threshold,
+    )
     model.save(out)
     return model
 

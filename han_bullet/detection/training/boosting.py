@@ -22,7 +22,15 @@ SMALLEST_LOSS = 1e-40
 
 
 class Boosting(ABC):
-    """How samples are weighed, and what a tree's leaves then vote."""
+    """How samples are weighed, and what a tree's leaves then vote.
+
+    Attributes:
+        calibration: What the finished detector adds to each leaf, so that its cascade gives up fewer people.
+        cascade_threshold: A window is given up as soon as its sum is not above this; it goes with the size of votes.
+    """
+
+    calibration: float
+    cascade_threshold: float
 
     @abstractmethod
     def losses(self, margins: Array) -> Array:
@@ -39,6 +47,9 @@ class Boosting(ABC):
 
 class DiscreteAdaBoost(Boosting):
     """Every tree votes alpha or -alpha; a sample weighs exp(-margin): the original's choice [Dollar2014]."""
+
+    calibration = 0.01  # as the original's INRIA demo
+    cascade_threshold = -1.0
 
     def losses(self, margins: Array) -> Array:
         """Return exp(-margin)."""
@@ -64,6 +75,10 @@ class GentleBoost(Boosting):
     Args:
         step: What a pure leaf adds, in (0, 1].
     """
+
+    calibration = 0.0
+    # Early votes are half as large as discrete AdaBoost's: at -1 a window takes twice the trees for the same miss rate.
+    cascade_threshold = -0.5
 
     def __init__(self, step: float = 0.2) -> None:
         if not 0.0 < step <= 1.0:
