@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from han_bullet.annotated import AnnotatedVideo, Image, annotate, unused_name, write_picture
+from han_bullet.annotated import AnnotatedVideo, annotate, unused_name, write_picture
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.pictures import Image
 from han_bullet.errors import BadInputError
 from han_bullet.image_sources import ImageSource, Video
 from han_bullet.messages import Detections
