@@ -26,12 +26,10 @@ class Tally:
     Attributes:
         images: Looked at.
         people: Found in them.
-        failed: Sources that could not be read, or not to their end.
     """
 
     images: int = 0
     people: int = 0
-    failed: int = 0
 
 
 def detect_sources(
@@ -71,7 +69,6 @@ def detect_sources(
             try:
                 _annotate_source(source, folder, take)
             except BadInputError as error:
-                tally.failed += 1
                 complain(str(error))
     return tally
 
