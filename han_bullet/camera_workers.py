@@ -18,7 +18,6 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
@@ -26,11 +25,10 @@ from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.messages import Frame, FrameDetections
-from han_bullet.sim.renderer import FrameSource, InProcessRenderer
+from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
-Image = NDArray[np.uint8]
 STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
 
 
