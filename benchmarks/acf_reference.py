@@ -15,16 +15,18 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.table import provenance, table
+from benchmarks.provenance import provenance
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.channels import compute_channels
 from han_bullet.detection.colour import luv
-from han_bullet.detection.evaluation import Evaluation, LabelledImage, fix_aspect, load_inria_test, match
+from han_bullet.detection.evaluation import Evaluation, LabelledImage, judge
+from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.detection.pyramid import build_pyramid
 from han_bullet.detection.scan_limits import limits_on_floor
 from han_bullet.geometry import Array, Intrinsics, look_at
+from han_bullet.markdown import markdown_table
 from han_bullet.world_file import load_world
 
 PICTURES = ("photo", "rendering")
@@ -66,15 +68,8 @@ def read_boxes(file: Path) -> Found:
 
 def evaluate_boxes(images: list[LabelledImage], found: Found) -> Evaluation:
     """Return the evaluation of boxes that are there already."""
-    scores, hits = [], []
-    for labelled in images:
-        boxes, values = found.get(labelled.path.name, (np.empty((0, 4)), np.empty(0)))
-        order = np.argsort(-values, kind="stable")
-        scores.append(values[order])
-        hits.append(match(boxes[order], fix_aspect(labelled.boxes)))
-    order = np.argsort(-np.concatenate(scores), kind="stable")
-    people = sum(len(labelled.boxes) for labelled in images)
-    return Evaluation(np.concatenate(scores)[order], np.concatenate(hits)[order], len(images), people)
+    nothing = np.empty((0, 4)), np.empty(0)
+    return Evaluation.of([judge(*found.get(image.path.name, nothing), image.boxes, image.ignored) for image in images])
 
 
 def score_differences(expected: Found, ours: Found) -> Array:
@@ -150,8 +145,8 @@ def main() -> None:
     for name in PICTURES:
         print(f"Mean absolute difference of the channels of {name}.png, as a share of each channel's range:\n")
         rows = channel_rows(options.reference, name)
-        print(table(("channel", "at full scale", "at the worst level of the pyramid"), rows) + "\n")
-    images = load_inria_test(options.data)
+        print(markdown_table(("channel", "at full scale", "at the worst level of the pyramid"), rows) + "\n")
+    images = load_test_photographs(options.data)
     print(
         f"Boxes on {len(images)} INRIA test photographs (rebuilt: about 2.5 % of their pixels were painted in); the "
         f"same box overlaps by {SAME_OVERLAP} and its score differs by {SAME_SCORE:.0f} at most:\n"
@@ -159,10 +154,10 @@ def main() -> None:
     header = ("model", "boxes of the original", "ours", "same [%]", "median score difference")
     header = (*header, "miss rate [%]", "of the original's boxes [%]", "median [ms per photograph]")
     rows = [box_row(options.data, images, model, options.reference / f"{file}.csv") for model, file in MODELS]
-    print(table(header, rows) + "\n")
+    print(markdown_table(header, rows) + "\n")
     print(f"Our model on rendering.png with and without scan limits, {ROUNDS} rounds in turn:\n")
     header = ("limits", "windows", "trees", "windows that pass", "least [ms]", "median [ms]")
-    print(table(header, limit_rows(options.reference / "rendering.png")))
+    print(markdown_table(header, limit_rows(options.reference / "rendering.png")))
 
 
 if __name__ == "__main__":

@@ -16,14 +16,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchmarks.provenance import provenance
 from benchmarks.stopwatch import Stopwatch
-from benchmarks.table import provenance, table
 from han_bullet.detection import acf, pyramid
 from han_bullet.detection.hog_detector import HogDetector
 from han_bullet.detection.loading import load_detector
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.pictures import Image, read_picture
 from han_bullet.detection.threads import use_one_thread
+from han_bullet.markdown import markdown_table
 
 ORIGINAL_TO_HOG = 3.15  # how many times faster the original is than HOG
 NOTE = " for OpenCV; ours stays on one, so that results do not depend on their number"
@@ -69,7 +70,7 @@ def compare(candidates: dict[str, Callable[[Image], object]], image: Image, repe
     for name, taken in times.items():
         ratio = float(np.median(hog / np.array(taken)))
         rows.append((name, float(np.median(taken)), min(taken), ratio, ratio / ORIGINAL_TO_HOG))
-    return table(("detector", "median [ms]", "minimum [ms]", "speed : HOG", "speed : original"), rows)
+    return markdown_table(("detector", "median [ms]", "minimum [ms]", "speed : HOG", "speed : original"), rows)
 
 
 def breakdown(image: Image, repeats: int) -> str:
@@ -96,7 +97,7 @@ def breakdown(image: Image, repeats: int) -> str:
     shown.insert(-1, ("the rest: boxes, pyramid's lists, this stopwatch", rest, f"{rest / whole:.0%}"))
     if proposals:
         shown.append((f"CNN, per proposal of {proposals}", dict(rows)[CNN] / proposals, ""))
-    return table(("stage of ours", "median [ms]", "share"), shown)
+    return markdown_table(("stage of ours", "median [ms]", "share"), shown)
 
 
 def main() -> None:

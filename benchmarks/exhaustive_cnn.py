@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.table import provenance, table
+from benchmarks.provenance import provenance
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.stages import Stages, load_stages
 from han_bullet.detection.threads import use_one_thread
+from han_bullet.markdown import markdown_table
 from han_bullet.rendered_sequences import corridor
 
 SIDE, STRIDE = 64, 4  # of the windows [px]
@@ -103,7 +104,11 @@ def main() -> None:
     proposals, seconds = both_stages(stages, image)
     found = search(stages.classifier, image, options.seconds)
     print(f"### Exhaustive search with the CNN ({options.classifier}), one scale, one thread\n\n{provenance()}\n")
-    print(table(("search", "windows", "seconds per image", "images per second"), lines(found, proposals, seconds)))
+    print(
+        markdown_table(
+            ("search", "windows", "seconds per image", "images per second"), lines(found, proposals, seconds)
+        )
+    )
     share = found.measured / (found.rows * found.columns)
     how = "every window was shown" if share == 1.0 else f"extrapolated from {found.measured} windows, {share:.0%}"
     print(f"\n{1e3 * found.seconds_per_window:.2f} ms per window in batches of {found.columns}; {how}")

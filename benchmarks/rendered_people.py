@@ -1,4 +1,8 @@
-"""How well a detector trained on photographs finds rendered people.
+"""Which rendered people a detector finds, and which it does not: by height, view, hiding, facing and posture.
+
+It looks at the detector as a run uses it, at its threshold, with and without the still scene of fixed cameras, and
+saves its mistakes as pictures. Miss rates and speeds of its stages on the same sequences are those of
+`han-bullet evaluate --rendered`.
 
 Usage: python -m benchmarks.rendered_people [--frames 1000] [--seed 0] [--model default] [--out DIR]
 """
@@ -16,20 +20,17 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.contact_sheet import ContactSheet
-from benchmarks.table import provenance, table
+from benchmarks.provenance import provenance
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.matching import fix_aspect
-from han_bullet.detection.overlap import intersection_over_union
+from han_bullet.detection.matching import assign, fix_aspect, in_ignored
 from han_bullet.detection.threads import use_one_thread
-from han_bullet.geometry import Array
+from han_bullet.markdown import markdown_table
 from han_bullet.messages import Detections
 from han_bullet.rendered_sequences import PersonInPicture, RenderedFrame, corridor, couch, mbot
 
 COUCH_SHARE = 5  # the couch gets a fifth of the frames: only noise, light, clothes and build differ there
-SMALLEST_OVERLAP = 0.5  # intersection over union of a hit, as on photographs
-IGNORED_SHARE = 0.5  # of a detection's own area on a person who does not count: it is neither right nor wrong
 BANDS: tuple[tuple[str, Callable[[PersonInPicture], float], tuple[float, ...], str], ...] = (
     ("height", lambda person: float(person.box[3]), (110.0, 150.0, 200.0, 300.0, 480.0), "px"),
     ("seen from above", lambda person: math.degrees(person.elevation), (-5.0, 5.0, 15.0, 25.0, 35.0), "degrees"),
@@ -60,46 +61,20 @@ class Tally:
         return f"{np.mean(found):.3f} ({len(found)})" if found else "-"
 
 
-def assign(boxes: Array, people: Array) -> list[int | None]:
-    """Return the free person whom each detection, (n, 4), sorted by falling score, overlaps most and by at least half.
-
-    Args:
-        boxes: Detections, (n, 4) [px].
-        people: True boxes, (m, 4) [px]; they are made as narrow as the detector's.
-    """
-    overlaps = intersection_over_union(boxes, fix_aspect(people))
-    taken: list[int | None] = []
-    for row in overlaps:
-        best = int(np.argmax(row)) if len(row) else -1
-        taken.append(best if best >= 0 and row[best] >= SMALLEST_OVERLAP else None)
-        if taken[-1] is not None:
-            overlaps[:, best] = -1.0
-    return taken
-
-
-def on_ignored(boxes: Array, ignored: Array) -> Array:
-    """Tell which detections, (n, 4), lie with half their own area on somebody who does not count, (m, 4) [px]."""
-    a, b = boxes[:, None], ignored[None]
-    sides = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
-    share = np.prod(np.maximum(sides, 0.0), axis=-1) / np.prod(a[..., 2:], axis=-1)
-    return np.any(share >= IGNORED_SHARE, axis=1)
-
-
-def judge(frame: RenderedFrame, found: Detections, tally: Tally, sheets: tuple[ContactSheet, ContactSheet]) -> None:
+def count(frame: RenderedFrame, found: Detections, tally: Tally, sheets: tuple[ContactSheet, ContactSheet]) -> None:
     """Add one frame to a tally, and what went wrong in it to the sheets of misses and of false positives."""
     misses, mistakes = sheets
-    people = [person for person in frame.people if person.counts]
-    taken = assign(found.boxes, frame.boxes)
-    excused = on_ignored(found.boxes, frame.ignored)
+    persons = assign(found.boxes, fix_aspect(frame.boxes))
+    excused = in_ignored(found.boxes, frame.ignored)
     tally.frames += 1
-    for number, person in enumerate(people):
-        tally.sightings.append((person, number in taken))
-        if number not in taken:
+    for number, person in enumerate(person for person in frame.people if person.counts):
+        hit = number in persons
+        tally.sightings.append((person, hit))
+        if not hit:
             misses.add(frame, person.box, found, describe(person))
-    for box, score, whom, free in zip(found.boxes, found.scores, taken, excused, strict=True):
-        if whom is None and not free:
-            tally.false_positives += 1
-            mistakes.add(frame, box, found, f"score {score:.0f}")
+    for number in np.flatnonzero((persons < 0) & ~excused):
+        tally.false_positives += 1
+        mistakes.add(frame, found.boxes[number], found, f"score {found.scores[number]:.0f}")
 
 
 def describe(person: PersonInPicture) -> str:
@@ -133,7 +108,7 @@ def measure(name: str, frames: Iterator[RenderedFrame], detector: BothWays, out:
         for way, found in detector.detect(frame):
             if way not in tallies:
                 tallies[way] = Tally(f"{name}, {way}"), (ContactSheet(), ContactSheet())
-            judge(frame, found, *tallies[way])
+            count(frame, found, *tallies[way])
     for way, (tally, sheets) in tallies.items():
         for what, sheet in zip(("misses", "false_positives"), sheets, strict=True):
             if out is not None:
@@ -164,7 +139,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=1000, help="of corridor and MBOT; the couch gets a fifth")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--model", default="default", help="ACF model: a shipped one, .npz or the toolbox's .mat")
+    parser.add_argument("--model", default="default", help="as `han-bullet detect` takes it")
     parser.add_argument("--out", type=Path, help="folder for contact sheets of misses and false positives")
     options = parser.parse_args()
     use_one_thread()
@@ -175,11 +150,11 @@ def main() -> None:
     sequences = (("corridor", corridor, 1), ("MBOT", mbot, 1), ("couch", couch, COUCH_SHARE))
     with Progress(console=Console(stderr=True), transient=True) as progress:
         for name, sequence, share in sequences:
-            count = max(1, options.frames // share)
-            report = partial(_advance, progress, progress.add_task(name, total=count))
-            tallies += measure(name, sequence(count, options.seed, report), detector, options.out)
+            frames = max(1, options.frames // share)
+            report = partial(_advance, progress, progress.add_task(name, total=frames))
+            tallies += measure(name, sequence(frames, options.seed, report), detector, options.out)
     print(f"### Rendered people: model {Path(options.model).stem}, seed {options.seed}\n\n{provenance()}\n")
-    print(table(("", *(tally.name for tally in tallies)), rows(tallies)))
+    print(markdown_table(("", *(tally.name for tally in tallies)), rows(tallies)))
 
 
 def _advance(progress: Progress, task: object, done: int) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.table import provenance, table
+from benchmarks.provenance import provenance
+from han_bullet.markdown import markdown_table
 from han_bullet.runner import RunOptions, RunResult, run_world
 
 SHOWN = (
@@ -54,7 +55,7 @@ def main() -> None:
             print(f"<!-- {world} seed {seed}: {'; '.join(failed) or 'all expectations met'} -->", flush=True)
         rows.append(summary(world, results))
     print(f"### Scenarios: {options.perception}, seeds 0 to {options.seeds - 1}; median (worst)\n\n{provenance()}\n")
-    print(table(("world", "expectations met", *SHOWN, "real-time factor"), rows))
+    print(markdown_table(("world", "expectations met", *SHOWN, "real-time factor"), rows))
 
 
 if __name__ == "__main__":

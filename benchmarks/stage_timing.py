@@ -9,11 +9,12 @@ import time
 
 import numpy as np
 
+from benchmarks.provenance import provenance
 from benchmarks.stopwatch import Stopwatch
-from benchmarks.table import provenance, table
 from han_bullet.assembly import build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.episode import Hook, Tick, run_episode
+from han_bullet.markdown import markdown_table
 from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
@@ -67,7 +68,7 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     )
     simulator.close()
     station.frames.close()
-    return table(("stage", "calls", "median [ms]", "95 % [ms]", "ms per simulated second"), rows)
+    return markdown_table(("stage", "calls", "median [ms]", "95 % [ms]", "ms per simulated second"), rows)
 
 
 def with_workers(world: World, seed: int, seconds: float, workers: int) -> tuple[float, float]:
@@ -100,7 +101,7 @@ def main() -> None:
     print(one_process(world, options.seed, options.seconds) + "\n")
     simulated, took = with_workers(world, options.seed, options.seconds, options.workers)
     rows = [(options.workers, simulated, took, simulated / took)]
-    print(table(("camera processes", "simulated [s]", "wall clock [s]", "real-time factor, video off"), rows))
+    print(markdown_table(("camera processes", "simulated [s]", "wall clock [s]", "real-time factor, video off"), rows))
 
 
 if __name__ == "__main__":

@@ -8,13 +8,12 @@ from pathlib import Path
 import cv2
 import imageio_ffmpeg
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.atomic_file import write_at_once
+from han_bullet.detection.pictures import Image
 from han_bullet.errors import HanError
 from han_bullet.messages import Detections
 
-Image = NDArray[np.uint8]
 BOX_COLOUR = (60, 200, 80)
 ENCODER = ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"]
 

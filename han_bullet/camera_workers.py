@@ -18,21 +18,17 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.loading import load_detector
-from han_bullet.detection.network_detector import NetworkDetector
-from han_bullet.detection.pedestrian_detector import PedestrianDetector
+from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.messages import Frame, FrameDetections
-from han_bullet.sim.renderer import FrameSource, InProcessRenderer
+from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
-Image = NDArray[np.uint8]
 STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
 
 
@@ -41,14 +37,14 @@ class DetectorChoice:
     """Which detector to load; small and picklable, since every worker loads its own.
 
     Attributes:
-        name: Of a shipped model, or a path to one.
-        threshold: On the ACF score; None takes the model's own.
+        name: As `load_detector` takes it.
+        threshold: Least score; None takes the model's own.
     """
 
     name: str = "default"
     threshold: float | None = None
 
-    def load(self) -> PedestrianDetector | NetworkDetector:
+    def load(self) -> LoadedDetector:
         """Return the detector."""
         return load_detector(self.name, threshold=self.threshold)
 

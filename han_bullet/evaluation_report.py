@@ -28,13 +28,13 @@ COLUMNS: Mapping[str, Callable[[FiguresRow], str]] = {
     "recall": lambda row: f"{row.evaluation.recall():.1%}",
     "FPPI": lambda row: f"{row.evaluation.false_positives_per_image():.3f}",
     "miss rate": lambda row: f"{row.evaluation.log_average_miss_rate():.2%}",
-    "ACF ms": lambda row: f"{1e3 * row.proposing:.1f}",
+    "first ms": lambda row: f"{1e3 * row.proposing:.1f}",
     "CNN ms": lambda row: f"{1e3 * row.classifying:.1f}",
     "fps": lambda row: f"{row.frames_per_second:.2f}",
 }
 PHOTOGRAPHS = ("detector", "model", "rule", "proposals", "TP", "FP", "FN", "miss rate", "fps")
 RENDERED = (
-    *("images", "detector", "model", "rule", "proposals", "found", "kept", "ACF ms", "CNN ms", "fps"),
+    *("images", "detector", "model", "rule", "proposals", "found", "kept", "first ms", "CNN ms", "fps"),
     *("miss rate", "recall", "FPPI"),
 )
 LEGEND = (
@@ -42,7 +42,7 @@ LEGEND = (
     "fps: images per second through the stages, one thread, files already read"
 )
 RENDERED_LEGEND = (
-    "found: proposals per image; kept: those of them that the rule keeps; ACF ms: time of the first stage; "
+    "found: proposals per image; kept: those of them that the rule keeps; first ms: time of the first stage; "
     f"FPPI: false positives per image; {LEGEND}"
 )
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from han_bullet.annotated import AnnotatedVideo, Image, annotate, unused_name, write_picture
+from han_bullet.annotated import AnnotatedVideo, annotate, unused_name, write_picture
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.pictures import Image
 from han_bullet.errors import BadInputError
 from han_bullet.image_sources import ImageSource, Video
 from han_bullet.messages import Detections
@@ -25,12 +26,10 @@ class Tally:
     Attributes:
         images: Looked at.
         people: Found in them.
-        failed: Sources that could not be read, or not to their end.
     """
 
     images: int = 0
     people: int = 0
-    failed: int = 0
 
 
 def detect_sources(
@@ -70,7 +69,6 @@ def detect_sources(
             try:
                 _annotate_source(source, folder, take)
             except BadInputError as error:
-                tally.failed += 1
                 complain(str(error))
     return tally
 

@@ -19,7 +19,7 @@ from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, is_network, proposer_file
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, has_one_stage, model_name
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
@@ -203,8 +203,8 @@ def _open_cameras(
     if choice == DetectorChoice():  # a world's threshold is meant for the shipped model's scores
         choice = replace(choice, threshold=world.score_threshold)
     description = {
-        "proposer": proposer_file(choice.name).stem,
-        "classifier": None if is_network(choice.name) else DEFAULT_CLASSIFIER,
+        "proposer": model_name(choice.name),
+        "classifier": None if has_one_stage(choice.name) else DEFAULT_CLASSIFIER,
     }
     count = _worker_count(world, options, own)
     if count == 0:

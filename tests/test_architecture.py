@@ -97,6 +97,13 @@ def test_every_exported_name_exists() -> None:
                 assert all(hasattr(module, exported) for exported in ast.literal_eval(node.value))
 
 
+def test_every_module_of_the_detector_stands_once_where_newcomers_are_told_to_read() -> None:
+    section = (ROOT / "docs/detector.md").read_text().split("## Where to read")[1].split("\n## ")[0]
+    files = " ".join(re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)).split()
+    there = {path.name for path in (PACKAGE / "detection").glob("*.py")} - {"__init__.py"}
+    assert sorted(files) == sorted(there | {"training/"})
+
+
 def test_no_library_module_prints_or_exits() -> None:
     for path in MODULES:
         for node in ast.walk(ast.parse(path.read_text())):

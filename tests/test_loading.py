@@ -5,6 +5,7 @@ import math
 import pytest
 from bars import WHITE, bar_model, found_at, image
 
+from han_bullet.detection.hog_detector import HogDetector
 from han_bullet.detection.loading import load_detector
 from han_bullet.errors import BadInputError
 
@@ -27,6 +28,11 @@ def test_toolbox_model_is_used_by_its_path(data_folder):
     loaded = load_detector(data_folder / "models" / "AcfInriaDetector.mat", classifier=False)
     assert loaded.threshold == 40.0
     assert loaded.proposer.model.score_threshold == 40.0
+
+
+def test_hog_is_opencvs_detector_with_its_own_threshold_or_one_that_is_given():
+    assert isinstance(load_detector("hog"), HogDetector)
+    assert (load_detector("hog").threshold, load_detector("hog", threshold=0.5).threshold) == (0.0, 0.5)
 
 
 @pytest.mark.parametrize("threshold", [math.nan, math.inf, -math.inf])

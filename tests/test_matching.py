@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from han_bullet.detection.evaluation import judge
-from han_bullet.detection.matching import fix_aspect, in_ignored, match
+from han_bullet.detection.matching import assign, fix_aspect, in_ignored, match
 
 PERSON = np.array([[0.0, 0.0, 41.0, 100.0]])
 NOBODY = np.empty((0, 4))
@@ -26,6 +26,13 @@ def test_a_detection_takes_the_person_it_overlaps_most_and_leaves_the_other_to_t
     people = np.array([[0.0, 0.0, 40.0, 100.0], [10.0, 0.0, 40.0, 100.0]])
     assert match(np.array([[9.0, 0.0, 40.0, 100.0], [1.0, 0.0, 40.0, 100.0]]), people).tolist() == [True, True]
     assert match(np.array([[9.0, 0.0, 40.0, 100.0], [60.0, 0.0, 40.0, 100.0]]), people).tolist() == [True, False]
+
+
+def test_each_detection_is_told_whom_it_takes() -> None:
+    people = np.array([[0.0, 0.0, 40.0, 100.0], [10.0, 0.0, 40.0, 100.0]])
+    boxes = np.array([[9.0, 0.0, 40.0, 100.0], [8.0, 0.0, 40.0, 100.0], [90.0, 0.0, 40.0, 100.0]])
+    assert assign(boxes, people).tolist() == [1, 0, -1]
+    assert assign(boxes, NOBODY).tolist() == [-1, -1, -1]
 
 
 def test_without_people_every_detection_is_false() -> None:

@@ -12,6 +12,7 @@ import pytest
 from bars import WHITE, bar_model, image
 
 from han_bullet.cli import main
+from han_bullet.detection.hog_detector import HogDetector
 
 
 @pytest.fixture
@@ -192,3 +193,12 @@ def test_a_window_needs_a_display(
     assert main(["detect", str(save("png", tmp_path / "one")), "--show", "--out", str(tmp_path / "out")]) == 2
     assert "--show needs a display" in complaints(capsys)[0]
     assert not (tmp_path / "out").exists()
+
+
+def test_opencvs_detector_is_a_model_too(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "bars.png"), bars())
+    options = ["--out", str(tmp_path / "out"), "--model", "hog", "--threshold", "-2"]
+    assert main(["detect", str(tmp_path / "bars.png"), *options]) == 0
+    expected = HogDetector(-2.0).detect(bars()).scores
+    assert len(expected) > 0
+    assert [float(row["score"]) for row in rows(tmp_path / "out")] == pytest.approx(expected.tolist(), abs=0.01)

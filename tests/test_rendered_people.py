@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.contact_sheet import COLUMNS, ROWS, SIDE, ContactSheet
-from benchmarks.rendered_people import Tally, assign, judge, on_ignored
+from benchmarks.rendered_people import Tally, count
 from han_bullet.geometry import Array
 from han_bullet.messages import Detections, Frame, Posture
 from han_bullet.rendered_sequences import PersonInPicture, RenderedFrame
@@ -40,7 +40,7 @@ def found(*boxes: Array) -> Detections:
 
 def tally_of(frame: RenderedFrame, *boxes: Array) -> Tally:
     tally = Tally("test")
-    judge(frame, found(*boxes), tally, (ContactSheet(), ContactSheet()))
+    count(frame, found(*boxes), tally, (ContactSheet(), ContactSheet()))
     return tally
 
 
@@ -67,19 +67,6 @@ def test_a_person_who_counts_is_not_excused_by_one_who_does_not_behind_them() ->
     behind = replace(person_at(110.0), hidden=0.9)
     tally = tally_of(frame_of(person_at(100.0), behind))
     assert tally.recall() == "0.000 (1)"
-
-
-def test_each_detection_takes_the_free_person_it_overlaps_most() -> None:
-    people = np.array([box_at(100.0), box_at(130.0)])
-    assert assign(np.array([box_at(112.0), box_at(110.0), box_at(400.0)]), people) == [0, 1, None]
-    assert assign(np.array([box_at(100.0)]), np.empty((0, 4))) == [None]
-
-
-def test_half_of_a_detection_s_own_area_on_an_ignored_person_excuses_it() -> None:
-    ignored = np.array([[0.0, 0.0, 100.0, 480.0]])
-    boxes = np.array([[51.0, 0.0, 100.0, 100.0], [49.0, 0.0, 100.0, 100.0]])
-    assert on_ignored(boxes, ignored).tolist() == [False, True]
-    assert on_ignored(boxes, np.empty((0, 4))).tolist() == [False, False]
 
 
 def test_a_contact_sheet_shows_at_most_its_cells_spread_over_all(tmp_path: Path) -> None:

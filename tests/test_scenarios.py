@@ -16,6 +16,7 @@ import yaml
 from numpy.typing import NDArray
 
 from experiments import real2, sim1
+from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.grid import LETHAL, Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
@@ -206,6 +207,14 @@ def test_a_detector_of_ones_own_runs_in_the_loop(tmp_path: Path) -> None:
     # In front of a ceiling camera the empty scene gives the same box, so it counts only where something has changed.
     assert not [row for row in rows if row[1] == "camera4"]
     assert [float(cell) for cell in rows[0][2:]] == [300.0, 200.0, 60.0, 150.0, 2.5, 0.75]
+
+
+@pytest.mark.scenario
+def test_opencvs_detector_runs_in_the_loop_without_the_cnn(tmp_path: Path) -> None:
+    world = brief("real2", tmp_path, duration=0.5)
+    run_world(world, RunOptions(video=False, workers=2, detector=DetectorChoice("hog", 0.1)), tmp_path / "run")
+    described = json.loads((tmp_path / "run/result.json").read_text())["detector"]
+    assert described == {"proposer": "hog", "classifier": None, "threshold": 0.1}
 
 
 @pytest.mark.scenario

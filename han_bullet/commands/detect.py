@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from han_bullet.commands.parsing import Commands, Parser, command
+from han_bullet.errors import BadInputError
+
+if TYPE_CHECKING:
+    from han_bullet.detection.pictures import Image
+    from han_bullet.image_sources import ImageSource
+    from han_bullet.window import Window
 
 EXAMPLES = """\
   han-bullet detect photo.jpg
   han-bullet detect photos/ clip.mp4 --threshold 60 --out boxes/
   han-bullet detect clip.mp4 --model FastestDet.onnx
+  han-bullet detect photo.jpg --model hog       # OpenCV's, to compare with
   han-bullet detect 0 --show                    # the first camera, until Ctrl-C
 people lower than 100 px are not found by the ACF models; enlarge such pictures.
 detections.csv names a video's frames clip.mp4#000123, counted from 0."""
@@ -29,7 +38,7 @@ def add(commands: Commands[Parser]) -> None:
     )
     add_option = parser.add_argument
     add_option("paths", nargs="+", type=Path, metavar="PATH", help="picture, video, folder of these, or camera number")
-    add_option("--model", default="default", metavar="NAME|FILE", help="a shipped model, .npz, .mat, .onnx or .cfg")
+    add_option("--model", default="default", metavar="NAME|FILE", help="a shipped one, hog, .npz, .mat, .onnx or .cfg")
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--out", type=Path, default=Path("runs/detect"), metavar="DIR", help="folder of the results")
     add_option("--show", action="store_true", help="also show the annotated images in a window")
@@ -37,48 +46,63 @@ def add(commands: Commands[Parser]) -> None:
 
 
 def _detect(options: argparse.Namespace, console: Console) -> int:
-    from han_bullet.annotated import Image
     from han_bullet.detection.loading import load_detector
     from han_bullet.detection.threads import use_one_thread
-    from han_bullet.errors import BadInputError
-    from han_bullet.image_sources import ImageSource, Video, find_sources
     from han_bullet.pictures import detect_sources
     from han_bullet.window import Window
 
+    window = Window("han-bullet detect") if options.show else None
+    use_one_thread()
+    detector = load_detector(options.model, threshold=options.threshold)
     complaints = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
     def complain(message: str) -> None:
         complaints.print(f"han-bullet: {message}")
 
-    window = Window("han-bullet detect") if options.show else None
-    use_one_thread()
-    detector = load_detector(options.model, threshold=options.threshold)
+    sources = _find(options.paths, complain)
+    if not sources:
+        return 2
+    with _progress(console) as bar:
+        look = _watcher(bar, sources, window)
+        tally = detect_sources(sources, detector, options.out, complain=complain, look=look)
+    if tally.images == 0:
+        return 2
+    console.print(f"{tally.people} people in {tally.images} images; results in {options.out}/", soft_wrap=True)
+    return 0
+
+
+def _find(paths: Sequence[Path], complain: Callable[[str], None]) -> list[ImageSource]:
+    """Return what the paths name; complain of those that name nothing."""
+    from han_bullet.image_sources import find_sources
+
     sources: list[ImageSource] = []
-    for path in options.paths:
+    for path in paths:
         try:
             sources += find_sources(path)
         except BadInputError as error:
             complain(str(error))
         except OSError as error:
             complain(f"{path} cannot be read: {error.strerror or error}")
-    if not sources:
-        return 2
-    with _progress(console) as bar:
-        task = bar.add_task("detect", rate="", total=len(sources) if len(sources) > 1 else None)
+    return sources
 
-        def look(source: ImageSource, picture: Image) -> None:
-            total = source.length if len(sources) == 1 and isinstance(source, Video) else bar.tasks[0].total
-            speed = bar.tasks[0].speed
-            rate = f", {speed:.1f} per second" if speed else ""
-            bar.update(task, advance=1, total=total, description=source.name, rate=rate)
-            if window is not None:
-                window.show(picture)
 
-        tally = detect_sources(sources, detector, options.out, complain=complain, look=look)
-    if tally.images == 0:
-        return 2
-    console.print(f"{tally.people} people in {tally.images} images; results in {options.out}/", soft_wrap=True)
-    return 0
+def _watcher(
+    bar: Progress, sources: Sequence[ImageSource], window: Window | None
+) -> Callable[[ImageSource, Image], None]:
+    """Return what shows each image that was looked at, in the bar and in the window."""
+    from han_bullet.image_sources import Video
+
+    task = bar.add_task("detect", rate="", total=len(sources) if len(sources) > 1 else None)
+
+    def look(source: ImageSource, picture: Image) -> None:
+        total = source.length if len(sources) == 1 and isinstance(source, Video) else bar.tasks[0].total
+        speed = bar.tasks[0].speed
+        rate = f", {speed:.1f} per second" if speed else ""
+        bar.update(task, advance=1, total=total, description=source.name, rate=rate)
+        if window is not None:
+            window.show(picture)
+
+    return look
 
 
 def _progress(console: Console) -> Progress:

@@ -36,14 +36,10 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--data", type=Path, metavar="DIR", help="folder of the photographs, with inria/ or INRIAPerson/ in it")
     add_option("--rendered", action="store_true", help="instead: a ceiling camera's and the robot's rendered sequence")
     add_option("--frames", type=positive, default=FRAMES, help=f"of each rendered sequence (default {FRAMES})")
-    add_option("--model", default="default", metavar="NAME|FILE", help="a shipped ACF model or a file of one")
     add_option(
-        "--compare",
-        nargs="+",
-        default=[],
-        metavar="NAME|FILE",
-        help="others in the table; hog: OpenCV's",
+        "--model", default="default", metavar="NAME|FILE", help="a shipped ACF model, hog, or a file, as of detect"
     )
+    add_option("--compare", nargs="+", default=[], metavar="NAME|FILE", help="others in the table; hog: OpenCV's")
     add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--out", type=output_folder, metavar="DIR", help="write evaluation.json, .md and the curves as pictures")
     add_option(

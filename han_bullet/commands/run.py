@@ -40,7 +40,7 @@ def add(commands: Commands[Parser]) -> None:
         "--detector",
         default="default",
         metavar="NAME|FILE",
-        help="a shipped ACF model or a file (.npz, .mat, .onnx)",
+        help="a shipped model, hog, or a file (.npz, .mat, .onnx, .cfg)",
     )
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cascade import Ints, feature_offsets, scan
@@ -15,6 +14,7 @@ from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
+from han_bullet.detection.pictures import Image, check_rgb
 from han_bullet.detection.pyramid import Level, build_pyramid
 from han_bullet.detection.scales import LevelSize, level_sizes
 from han_bullet.detection.scan_limits import ScanLimits
@@ -73,7 +73,7 @@ class AcfDetector(Detector):
         self.model = model
         self.smallest_area = model.smallest_box_area
 
-    def detect(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Detections:
+    def detect(self, image: Image, limits: ScanLimits | None = None) -> Detections:
         """Return the people found in an image by falling score.
 
         Args:
@@ -90,10 +90,9 @@ class AcfDetector(Detector):
         kept = suppress(found.boxes, found.scores)
         return Detections(found.boxes[kept], found.scores[kept], np.ones(len(kept)))
 
-    def scan(self, image: NDArray[np.uint8], limits: ScanLimits | None = None) -> Scan:
+    def scan(self, image: Image, limits: ScanLimits | None = None) -> Scan:
         """Return every window that passes the cascade, before non-maximum suppression; arguments as for `detect`."""
-        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-            raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
+        check_rgb(image)
         model = self.model
         sizes = level_sizes(image.shape[0], image.shape[1], (model.person_height, model.person_width), model.cell)
         rows = {size: self._window_rows(size, limits) for size in sizes}

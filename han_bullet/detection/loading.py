@@ -6,22 +6,26 @@ import math
 from pathlib import Path
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
-from han_bullet.detection.model_files import DEFAULT, is_network, proposer_file
+from han_bullet.detection.hog_detector import HogDetector
+from han_bullet.detection.model_files import DEFAULT, is_hog, is_network, proposer_file
 from han_bullet.detection.network_detector import NetworkDetector
 from han_bullet.detection.onnx_detector import load_darknet, load_onnx
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.errors import BadInputError
 
+LoadedDetector = PedestrianDetector | NetworkDetector | HogDetector
+"""A detector with the `threshold` that its boxes reach."""
+
 
 def load_detector(
     name_or_path: str | Path = DEFAULT, threshold: float | None = None, classifier: bool = True
-) -> PedestrianDetector | NetworkDetector:
+) -> LoadedDetector:
     """Build a detector from shipped models or a file.
 
     Args:
-        name_or_path: ACF model as `load_acf_model` takes it: "default", the name of a shipped one, or a file; or a
-            network that finds people by itself: an .onnx file, or Darknet's .cfg with its .weights beside it.
-        threshold: Least ACF score, or of a network least probability; None takes the model's own.
+        name_or_path: ACF model as `load_acf_model` takes it: "default", the name of a shipped one, or a file; or what
+            finds people by itself: an .onnx file, Darknet's .cfg with its .weights beside it, or "hog", OpenCV's.
+        threshold: Least score, of a network least probability; None takes the model's own.
         classifier: Whether the CNN decides about ACF's proposals.
 
     Raises:
@@ -29,6 +33,8 @@ def load_detector(
     """
     if threshold is not None and not math.isfinite(threshold):
         raise BadInputError(f"detector threshold is {threshold}; a finite score would be right")
+    if is_hog(name_or_path):
+        return HogDetector() if threshold is None else HogDetector(threshold)
     if is_network(name_or_path):
         file = proposer_file(name_or_path)
         return load_onnx(file, threshold) if file.suffix.lower() == ".onnx" else load_darknet(file, threshold)

@@ -7,6 +7,7 @@ function handles are passed over: they read as None.
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 from collections.abc import Iterator
@@ -115,13 +116,7 @@ class _Reader:
         if kind_of_array not in (_CELL, _STRUCTURE, _CHARACTERS, *_NUMERIC_CLASSES) or flags & _COMPLEX:
             return "", None
         shape = _integers(*_next(parts))
-        if not 2 <= len(shape) <= MOST_DIMENSIONS or min(shape) < 0:
-            raise ValueError(f"an array has {len(shape)} sides, the shortest {min(shape, default=0)}")
-        count = 1
-        for side in shape:
-            count *= side  # of any size: no overflow
-        if count > len(data):
-            raise ValueError(f"an array of shape {shape} stands in {len(data)} bytes")
+        count = _values_of(shape, len(data))
         name = _text(*_next(parts))
         if kind_of_array == _CELL:
             return name, [self.matrix(*_next(parts), depth - 1)[1] for _ in range(count)]
@@ -145,6 +140,16 @@ class _Reader:
             {field: self.matrix(*_next(parts), depth - 1)[1] for field in fields} for _ in range(count)
         ]
         return structures[0] if count == 1 else structures
+
+
+def _values_of(shape: list[int], size: int) -> int:
+    """Return how many values an array has that stands in so many bytes."""
+    if not 2 <= len(shape) <= MOST_DIMENSIONS or min(shape) < 0:
+        raise ValueError(f"an array has {len(shape)} sides, the shortest {min(shape, default=0)}")
+    count = math.prod(shape)  # of any size: no overflow
+    if count > size:
+        raise ValueError(f"an array of shape {shape} stands in {size} bytes")
+    return count
 
 
 def _next(parts: Iterator[tuple[int, memoryview]]) -> tuple[int, memoryview]:

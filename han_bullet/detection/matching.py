@@ -18,23 +18,31 @@ def fix_aspect(boxes: Array) -> Array:
     return np.column_stack([boxes[:, 0] + 0.5 * (boxes[:, 2] - width), boxes[:, 1], width, boxes[:, 3]])
 
 
-def match(boxes: Array, people: Array) -> NDArray[np.bool_]:
-    """Tell which detections, sorted by falling score, hit: each takes the free person it overlaps most.
+def assign(boxes: Array, people: Array) -> NDArray[np.intp]:
+    """Return whom each detection, sorted by falling score, hits: the free person it overlaps most, -1 for nobody.
 
-    The overlap is intersection over union, at least one half.
+    The overlap is intersection over union, at least one half. Each person is hit once.
 
     Args:
         boxes: Detections, shape (n, 4) [px].
         people: True boxes, shape (m, 4) [px].
+
+    Returns:
+        Rows of `people`, shape (n,).
     """
     overlaps = intersection_over_union(boxes, people)
-    hits = np.zeros(len(boxes), bool)
+    persons = np.full(len(boxes), -1)
     for number in range(len(boxes) if len(people) else 0):
         best = int(np.argmax(overlaps[number]))
         if overlaps[number, best] >= SMALLEST_MATCH:
-            hits[number] = True
+            persons[number] = best
             overlaps[:, best] = -1.0  # this person is taken
-    return hits
+    return persons
+
+
+def match(boxes: Array, people: Array) -> NDArray[np.bool_]:
+    """Tell which detections, sorted by falling score, hit a person; arguments as for `assign`."""
+    return assign(boxes, people) >= 0
 
 
 def in_ignored(boxes: Array, ignored: Array) -> NDArray[np.bool_]:

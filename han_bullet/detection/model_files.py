@@ -1,4 +1,4 @@
-"""The files of the detector's weights: how they are named and found."""
+"""The detectors' names and the files of their weights: how they are told apart and found."""
 
 from __future__ import annotations
 
@@ -10,12 +10,32 @@ from han_bullet.errors import BadInputError
 DEFAULT = "default"
 DEFAULT_PROPOSER = "acf_inria"
 DEFAULT_CLASSIFIER = "cnn_inria"
+HOG = "hog"  # OpenCV's people detector, which needs no file
 NETWORK_ENDINGS = (".onnx", ".cfg")  # of networks that find people by themselves
 
 
+def is_hog(name_or_path: str | Path) -> bool:
+    """Tell whether OpenCV's people detector is meant."""
+    return str(name_or_path) == HOG
+
+
 def is_network(name_or_path: str | Path) -> bool:
-    """Tell whether a model is a network that needs neither ACF nor the CNN."""
+    """Tell whether a model is a network that finds people by itself."""
     return Path(name_or_path).suffix.lower() in NETWORK_ENDINGS
+
+
+def has_one_stage(name_or_path: str | Path) -> bool:
+    """Tell whether a model needs neither ACF nor the CNN."""
+    return is_hog(name_or_path) or is_network(name_or_path)
+
+
+def model_name(name_or_path: str | Path) -> str:
+    """Return what results call a model: its file's name without ending, or "hog".
+
+    Raises:
+        BadInputError: There is no such model.
+    """
+    return HOG if is_hog(name_or_path) else proposer_file(name_or_path).stem
 
 
 def proposer_file(name_or_path: str | Path = DEFAULT) -> Path:

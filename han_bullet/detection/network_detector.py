@@ -12,7 +12,7 @@ import numpy as np
 
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.nms import suppress
-from han_bullet.detection.pictures import Image
+from han_bullet.detection.pictures import Image, check_rgb
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 from han_bullet.messages import Detections
@@ -50,8 +50,7 @@ class NetworkDetector(Detector):
 
     def detect(self, image: Image) -> Detections:
         """Return the persons in an image, RGB, shape (h, w, 3), uint8, by falling probability."""
-        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
-            raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
+        check_rgb(image)
         if image.size == 0:
             return Detections.none()
         square, scale, shift = self._fit(image)

@@ -33,6 +33,16 @@ def read_picture(path: Path) -> Image:
     return np.ascontiguousarray(picture[:, :, ::-1])
 
 
+def check_rgb(image: Image) -> None:
+    """Make sure that an array is an image as detectors take it.
+
+    Raises:
+        BadInputError: It is not (h, w, 3) or not uint8.
+    """
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        raise BadInputError(f"image has shape {image.shape} and type {image.dtype}, must be (h, w, 3) and uint8")
+
+
 def check_picture(path: Path) -> None:
     """Make sure that a picture file is whole and not too large, before its pixels are used.
 

@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.cnn import Classifier, load_classifier
 from han_bullet.detection.evaluation import Detect
-from han_bullet.detection.hog_detector import HogDetector
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.model_files import is_network, proposer_file
+from han_bullet.detection.model_files import HOG, is_hog, is_network, model_name
 
-HOG = "hog"
 LEAST_HOG_SCORE, LEAST_NETWORK_PROBABILITY = -0.5, 0.01  # low, so that curves reach one false positive per image
 
 
@@ -57,11 +55,11 @@ def load_stages(models: Sequence[str], classifier: str) -> list[Stages]:
 
 
 def _stages(name_or_path: str, classifier: Classifier) -> Stages:
-    if name_or_path == HOG:
-        return Stages("HOG", "OpenCV", HogDetector(LEAST_HOG_SCORE).detect)
+    if is_hog(name_or_path):
+        return Stages("HOG", "OpenCV", load_detector(HOG, LEAST_HOG_SCORE).detect)
     if is_network(name_or_path):
         network = load_detector(name_or_path, LEAST_NETWORK_PROBABILITY)
-        return Stages("network", proposer_file(name_or_path).stem, network.detect)
+        return Stages("network", model_name(name_or_path), network.detect)
     model = load_acf_model(name_or_path)
     threshold = model.score_threshold if math.isfinite(model.score_threshold) else None
-    return Stages("ACF", proposer_file(name_or_path).stem, AcfDetector(model).detect, threshold, classifier)
+    return Stages("ACF", model_name(name_or_path), AcfDetector(model).detect, threshold, classifier)

@@ -93,16 +93,18 @@ def _convert(classifier: Value, options: Value, calibration: float | None) -> Ac
         window_height=window[0],
         window_width=window[1],
         cascade_threshold=float(_numbers(options, "cascThr", 1)[0]),
-        # Each tree adds the calibration, so the paper's threshold moves with it.
-        score_threshold=-math.inf
-        if filters is not None
-        else PAPER_THRESHOLD + len(leaves) * (calibration - DEMO_CALIBRATION),
+        score_threshold=_score_threshold(filters, len(leaves), calibration),
         cell=cell,
         padding_height=padding[0],
         padding_width=padding[1],
         filters=filters,
         rough=True,
     )
+
+
+def _score_threshold(filters: Floats | None, trees: int, calibration: float) -> float:
+    """Return the paper's threshold, which moves with the calibration that each tree adds; -inf with filters."""
+    return PAPER_THRESHOLD + trees * (calibration - DEMO_CALIBRATION) if filters is None else -math.inf
 
 
 def _check_options(options: Value) -> None:
