@@ -19,7 +19,9 @@ from benchmarks.table import provenance, table
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.channels import compute_channels
 from han_bullet.detection.colour import luv
-from han_bullet.detection.evaluation import Evaluation, LabelledImage, fix_aspect, load_inria_test, match
+from han_bullet.detection.evaluation import Evaluation, LabelledImage
+from han_bullet.detection.inria import load_test_photographs
+from han_bullet.detection.matching import fix_aspect, match
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.detection.pyramid import build_pyramid
@@ -151,7 +153,7 @@ def main() -> None:
         print(f"Mean absolute difference of the channels of {name}.png, as a share of each channel's range:\n")
         rows = channel_rows(options.reference, name)
         print(table(("channel", "at full scale", "at the worst level of the pyramid"), rows) + "\n")
-    images = load_inria_test(options.data)
+    images = load_test_photographs(options.data)
     print(
         f"Boxes on {len(images)} INRIA test photographs (rebuilt: about 2.5 % of their pixels were painted in); the "
         f"same box overlaps by {SAME_OVERLAP} and its score differs by {SAME_SCORE:.0f} at most:\n"
