@@ -1,8 +1,8 @@
 """What it would cost to show the CNN every window of an image instead of ACF's proposals: the paper's appendix B.
 
 The paper's search has one scale: windows of the network's input, 64 x 64 px, every 4 px in an image of 480 x 640 px,
-105 rows and 145 columns of them. It multiplies the time per window by 105 + 145; a search of the whole image has 105 x 145.
-Both are shown, and the same of our network, whose input may have another size.
+105 rows and 145 columns of them. It multiplies the time per window by 105 + 145; a search of the whole image has
+105 x 145. Both are shown, and the same of our network, whose input may have another size.
 
 Usage: python -m benchmarks.exhaustive_cnn [--model NAME|FILE] [--classifier NAME|FILE] [--seconds 120]
 """
