@@ -182,16 +182,22 @@ def _run_epoch(
             logits = network(crops)
         loss = nn.functional.cross_entropy(logits.float(), labels)
         if not torch.isfinite(loss):
-            raise BadInputError(
-                f"the loss is {loss.item()} in step {number + 1} of epoch {epoch + 1}: a learning rate of "
-                f"{recipe.learning_rate} is too high for this network's initial weights; try a tenth of it"
-            )
+            raise _diverged(f"the loss is {loss.item()} in step {number + 1} of epoch {epoch + 1}", recipe)
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
         losses.append(loss.item())
         shown = f"step {number + 1}: loss {loss.item():.4f}" if epoch == 0 and number < FIRST_STEPS else ""
         report(shown, (epoch + (number + 1) / batches) / recipe.epochs)
+    if not all(bool(torch.isfinite(weight.half()).all()) for weight in network.parameters()):
+        raise _diverged(f"after epoch {epoch + 1} weights are not finite", recipe)
     return float(np.mean(losses))
+
+
+def _diverged(what: str, recipe: Recipe) -> BadInputError:
+    return BadInputError(
+        f"{what}: a learning rate of {recipe.learning_rate} is too high for this network's initial weights; "
+        "try a tenth of it"
+    )
 
 
 def _batches(
