@@ -7,6 +7,7 @@ from pathlib import Path
 
 BENCHMARKS = (
     ("detector",),
+    ("network_forward",),
     ("stage_timing",),
     ("exhaustive_cnn",),
     ("rendered_people",),

@@ -1,7 +1,8 @@
 """What it would cost to show the CNN every window of an image instead of ACF's proposals: the paper's appendix B.
 
-The paper's search has one scale: windows of 64 x 64 px every 4 px in an image of 480 x 640 px, 105 rows and 145 columns
-of them. It multiplies the time per window by 105 + 145; a search of the whole image has 105 x 145. Both are shown.
+The paper's search has one scale: windows of the network's input, 64 x 64 px, every 4 px in an image of 480 x 640 px,
+105 rows and 145 columns of them. It multiplies the time per window by 105 + 145; a search of the whole image has
+105 x 145. Both are shown, and the same of our network, whose input may have another size.
 
 Usage: python -m benchmarks.exhaustive_cnn [--model NAME|FILE] [--classifier NAME|FILE] [--seconds 120]
 """
@@ -20,7 +21,8 @@ from han_bullet.detection.threads import use_one_thread
 from han_bullet.markdown import markdown_table
 from han_bullet.rendered_sequences import corridor
 
-SIDE, STRIDE = 64, 4  # of the windows [px]
+STRIDE = 4  # [px]
+PAPER_ROWS, PAPER_COLUMNS = 105, 145
 PAPER_SECONDS = 0.0323  # per window; elsewhere the paper has 0.0485
 REPETITIONS = 15  # of ACF + CNN, of which the median counts
 
@@ -48,7 +50,7 @@ class Search:
 
 def search(classifier: Classifier, image: NDArray[np.uint8], most_seconds: float) -> Search:
     """Show a classifier the windows of an image, (h, w, 3), a row of them at a time, or as many as the time allows."""
-    windows = np.lib.stride_tricks.sliding_window_view(image, (SIDE, SIDE), axis=(0, 1))[::STRIDE, ::STRIDE]
+    windows = np.lib.stride_tricks.sliding_window_view(image, classifier.size, axis=(0, 1))[::STRIDE, ::STRIDE]
     windows = windows.transpose(0, 1, 3, 4, 2)  # colours last
     rows, columns = windows.shape[:2]
     classifier.probabilities_of_crops(windows[0])  # not timed: the first call prepares the network
@@ -79,10 +81,11 @@ def both_stages(stages: Stages, image: NDArray[np.uint8]) -> tuple[int, float]:
 def lines(found: Search, proposals: int, seconds: float) -> list[tuple[str, int, float, float]]:
     """Return the table: search, windows, seconds per image, images per second."""
     few, many = found.rows + found.columns, found.rows * found.columns
+    paper_few, paper_many = PAPER_ROWS + PAPER_COLUMNS, PAPER_ROWS * PAPER_COLUMNS
     each = found.seconds_per_window
     searches = [
-        (f"the paper, {found.rows} + {found.columns} windows, {PAPER_SECONDS} s each", few, few * PAPER_SECONDS),
-        (f"the paper's time, {found.rows} x {found.columns} windows", many, many * PAPER_SECONDS),
+        (f"the paper, {PAPER_ROWS} + {PAPER_COLUMNS}, {PAPER_SECONDS} s each", paper_few, paper_few * PAPER_SECONDS),
+        (f"the paper's time, {PAPER_ROWS} x {PAPER_COLUMNS} windows", paper_many, paper_many * PAPER_SECONDS),
         (f"ours, {found.rows} + {found.columns} windows", few, few * each),
         (f"ours, {found.rows} x {found.columns} windows", many, many * each),
         ("ours, ACF + CNN, all scales", proposals, seconds),

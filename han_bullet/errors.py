@@ -11,3 +11,11 @@ class BadInputError(HanError):
 
 class WorkerDiedError(HanError):
     """A camera worker process ended before its work was done; exit code 3."""
+
+
+LONGEST_QUOTE = 200  # characters
+
+
+def quoted(error: Exception) -> str:
+    """Return what another library's error says, in one line and not too long, to quote in a sentence of ours."""
+    return (" ".join(str(error).split()) or type(error).__name__)[:LONGEST_QUOTE]

@@ -1,6 +1,7 @@
 """Bright upright bars on dark ground, a model that finds them and a network that tells their colours apart."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -8,6 +9,7 @@ import torch
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.cnn import Classifier
+from han_bullet.detection.network import CropNetwork
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.geometry import Intrinsics
 from han_bullet.messages import Detections, Frame
@@ -31,8 +33,14 @@ def bar_model() -> AcfModel:
     return AcfModel(features, thresholds, leaves, lambdas=(0.0, 0.1, 0.1))
 
 
-class RedNetwork(torch.nn.Module):
+class RedNetwork(CropNetwork):
     """A network whose logit for pedestrian is how much redder than blue the middle of the crop is."""
+
+    def __init__(self) -> None:
+        super().__init__(64, 64, {})
+
+    def start(self, weights: Path | None, deviation: float = 0.01) -> None:
+        """Do nothing: it has no weights."""
 
     def forward(self, crops: torch.Tensor) -> torch.Tensor:
         middle = crops[:, :, 28:36, 28:36].mean(dim=(2, 3))

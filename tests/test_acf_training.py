@@ -22,7 +22,7 @@ from han_bullet.detection.training.acf_samples import (
 from han_bullet.detection.training.acf_training import AcfTrainingOptions, train_acf
 from han_bullet.errors import BadInputError
 
-SMALL = AcfTrainingOptions(trees_of_stages=(4, 32), new_negatives=60, all_negatives=90, per_photograph=10)
+SMALL = AcfTrainingOptions(depth=2, trees_of_stages=(4, 32), new_negatives=60, all_negatives=90, per_photograph=15)
 
 
 def blurred_noise(rng: np.random.Generator, height: int, width: int) -> np.ndarray:
@@ -39,7 +39,7 @@ def draw_person(image: np.ndarray, x: int, y: int, height: int) -> None:
 def little_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("data")
     rng = np.random.default_rng(0)
-    for name, count, size in (("train_pos", 60, (160, 96)), ("train_neg", 8, (220, 260))):
+    for name, count, size in (("train_pos", 40, (160, 96)), ("train_neg", 5, (200, 220))):
         (folder / "inria" / name).mkdir(parents=True)
         for number in range(count):
             image = blurred_noise(rng, *size)
@@ -62,18 +62,23 @@ def test_training_finds_people_never_seen_and_is_repeatable(little_world: Path, 
     half = [done for _, done in lines[: len(lines) // 2]]
     assert half == sorted(half)
     assert (half[0], half[-1]) == (0.0, pytest.approx(1.0, abs=0.5))
+    said = [text for text, _ in lines[: len(lines) // 2] if text]
+    assert said[0].startswith("40 people") and len(said) == len(set(said))  # a log without repetitions
 
-    image = blurred_noise(np.random.default_rng(9), 300, 300)
-    draw_person(image, 150, 90, 110)
+    image = blurred_noise(np.random.default_rng(9), 220, 200)
+    draw_person(image, 80, 50, 110)
     found = AcfDetector(models[0]).detect(image)
     assert found.scores[0] > 0.0
     x, y, width, height = found.boxes[0]
-    assert y + height / 2 == pytest.approx(145, abs=15)  # centre of the bar [px]
-    assert x + width / 2 == pytest.approx(150 + 0.15 * 110, abs=15)
+    assert y + height / 2 == pytest.approx(105, abs=15)  # centre of the bar [px]
+    assert x + width / 2 == pytest.approx(80 + 0.15 * 110, abs=15)
 
 
 def test_missing_photographs_are_bad_input(tmp_path: Path) -> None:
-    with pytest.raises(BadInputError, match="train_neg"):
+    with pytest.raises(BadInputError, match="neither inria/ nor INRIAPerson/Train/neg/"):
+        train_acf(tmp_path, tmp_path / "model.npz", 0, lambda text, done: None)
+    (tmp_path / "inria").mkdir()
+    with pytest.raises(BadInputError, match="train_neg is not a folder"):
         train_acf(tmp_path, tmp_path / "model.npz", 0, lambda text, done: None)
 
 
@@ -81,6 +86,12 @@ def test_missing_photographs_are_bad_input(tmp_path: Path) -> None:
 def test_counts_below_one_are_bad_input(options: dict[str, object]) -> None:
     with pytest.raises(BadInputError, match="at least 1"):
         AcfTrainingOptions(**options)
+
+
+@pytest.mark.parametrize("depth", [9, 40])
+def test_trees_deeper_than_a_model_may_have_are_bad_input(depth: int) -> None:
+    with pytest.raises(BadInputError, match=f"depth of the trees is {depth}; 1 to 8 would be right"):
+        AcfTrainingOptions(depth=depth)
 
 
 def test_an_inria_crop_is_taken_as_it_is_and_another_size_is_bad_input(little_world: Path, tmp_path: Path) -> None:
@@ -128,7 +139,7 @@ def test_negatives_come_from_no_more_photographs_than_needed(little_world: Path)
     shares: list[float] = []
     windows, used = collect_negatives(files, None, 25, 10, np.random.default_rng(0), shares.append)
     assert windows.shape == (25, 5120)
-    assert used == 3
+    assert used == 3 < len(files)
     assert shares == sorted(shares)
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from han_bullet.detection.evaluation import load_inria_test
 from han_bullet.detection.hog_detector import HogDetector
+from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.errors import BadInputError
@@ -25,7 +25,7 @@ def test_a_hit_threshold_that_is_no_number_is_refused() -> None:
 @pytest.mark.data
 def test_people_on_photographs_are_found_without_the_windows_margin(data_folder: Path) -> None:
     overlaps, heights = [], []
-    for labelled in load_inria_test(data_folder)[:12]:
+    for labelled in load_test_photographs(data_folder)[:12]:
         found = HogDetector(-0.5).detect(read_picture(labelled.path))
         assert (np.diff(found.scores) <= 0.0).all() and found.scores.min() >= -0.5
         assert found.boxes[:, 2] == pytest.approx(0.41 * found.boxes[:, 3])
@@ -39,7 +39,7 @@ def test_people_on_photographs_are_found_without_the_windows_margin(data_folder:
 
 @pytest.mark.data
 def test_a_lower_hit_threshold_finds_the_same_and_more(data_folder: Path) -> None:
-    picture = read_picture(load_inria_test(data_folder)[0].path)
+    picture = read_picture(load_test_photographs(data_folder)[0].path)
     strict, loose = (HogDetector(t).detect(picture) for t in (0.3, -0.3))
     assert len(loose.scores) > len(strict.scores) > 0
     assert set(strict.scores) <= set(loose.scores)

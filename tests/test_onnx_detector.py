@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from han_bullet.detection.evaluation import load_inria_test
+from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.loading import load_detector
 from han_bullet.detection.network_detector import NetworkDetector
 from han_bullet.detection.onnx_detector import FastestDet, YoloFastest, YoloV5, YoloV8, kind_of_output
@@ -126,7 +126,7 @@ def test_another_shape_is_refused_with_what_it_is(shapes: list[tuple[int, ...]])
 def test_boxes_of_real_networks_hug_people_on_photographs(data_folder: Path, name: str, least_share: float) -> None:
     detector = load_detector(data_folder / "peers" / name)
     overlaps = []
-    for labelled in load_inria_test(data_folder)[:12]:
+    for labelled in load_test_photographs(data_folder)[:12]:
         found = detector.detect(read_picture(labelled.path))
         overlaps += intersection_over_union(labelled.boxes, found.boxes).max(axis=1, initial=0.0).tolist()
     hugged = np.array(overlaps) > 0.6

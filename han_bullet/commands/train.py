@@ -10,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 
 from han_bullet.commands.parsing import Commands, Parser, command, natural, positive
-from han_bullet.errors import BadInputError
 
 Report = Callable[[str, float], None]
+ENDINGS = {"acf": ".npz", "cnn": ".safetensors"}
+MEASURED_BY = {"acf": "--model", "cnn": "--classifier"}  # options of `evaluate`
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -37,7 +38,7 @@ def _add_acf(stages: Commands[Parser]) -> None:
         "  han-bullet train acf --data DIR\n"
         "  han-bullet train acf --data DIR --boosting discrete --depth 2  # as the original",
     )
-    _add_common(parser, "runs/train/acf.npz")
+    _add_common(parser, "acf")
     add = parser.add_argument
     add("--boosting", choices=("gentle", "discrete"), default="gentle", help="discrete: AdaBoost, as the original")
     add("--depth", type=positive, default=3, help="of each tree (default 3; the original: 2)")
@@ -53,7 +54,7 @@ def _add_cnn(stages: Commands[Parser]) -> None:
         "  han-bullet train cnn --data DIR --recipe extended   # as the shipped weights\n"
         "  han-bullet train cnn --data DIR --network vgg-d --weights vgg16.pth",
     )
-    _add_common(parser, "runs/train/cnn.safetensors")
+    _add_common(parser, "cnn")
     add = parser.add_argument
     add("--acf", default="default", metavar="NAME|FILE", help="whose proposals to learn from")
     add(
@@ -76,21 +77,25 @@ def _add_cnn(stages: Commands[Parser]) -> None:
     )
     add("--epochs", type=positive, help="passes over the samples (default: the recipe's)")
     add("--learning-rate", type=float, metavar="RATE", help="default: the recipe's")
+    add("--deviation", type=float, help="of the fully connected layers' initial weights (default 0.01; the paper: 0.1)")
     add("--bf16", action="store_true", help="multiply in bfloat16: faster on processors that have it")
     add("--resume", action="store_true", help="go on from the checkpoint of an interrupted training")
     parser.set_defaults(handler=_train_cnn)
 
 
-def _add_common(parser: Parser, out: str) -> None:
+def _add_common(parser: Parser, stage: str) -> None:
+    ending, default = ENDINGS[stage], Path(f"runs/train/{stage}{ENDINGS[stage]}")
+
+    def weights(text: str) -> Path:
+        path = Path(text)
+        if path.is_dir() or path.suffix != ending:
+            what = "a folder" if path.is_dir() else "no such file"
+            raise argparse.ArgumentTypeError(f"{text!r} is {what}; a file for the weights, {ending}, would be right")
+        return path
+
     add = parser.add_argument
-    add(
-        "--data",
-        type=Path,
-        required=True,
-        metavar="DIR",
-        help="folder with INRIA's photographs (docs/detector.md)",
-    )
-    add("--out", type=Path, default=Path(out), metavar="FILE", help=f"weights to write (default {out})")
+    add("--data", type=Path, required=True, metavar="DIR", help="folder with INRIA's photographs (docs/detector.md)")
+    add("--out", type=weights, default=default, metavar="FILE", help=f"weights to write (default {default})")
     add("--seed", type=natural, default=0, help="of every random choice (default 0)")
 
 
@@ -104,11 +109,12 @@ def _train_acf(options: argparse.Namespace, console: Console) -> int:
     def train(report: Report) -> None:
         train_acf(options.data, options.out, options.seed, report, training)
 
-    return _run("train acf", options, console, train)
+    return _run("acf", options, console, train)
 
 
 def _train_cnn(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.detection.acf import AcfDetector, load_acf_model
+    from han_bullet.detection.network import FULLY_CONNECTED_DEVIATION
     from han_bullet.detection.threads import use_one_thread
     from han_bullet.detection.training.cnn_training import CnnTraining, train_cnn
     from han_bullet.detection.training.recipe import EXTENDED, PAPER
@@ -120,37 +126,37 @@ def _train_cnn(options: argparse.Namespace, console: Console) -> int:
         epochs=options.epochs or recipe.epochs,
         learning_rate=recipe.learning_rate if options.learning_rate is None else options.learning_rate,
     )
-    training = CnnTraining(options.network, options.weights, options.seed, options.bf16, options.resume)
+    deviation = FULLY_CONNECTED_DEVIATION if options.deviation is None else options.deviation
+    training = CnnTraining(options.network, options.weights, options.seed, options.bf16, options.resume, deviation)
     proposer = AcfDetector(load_acf_model(options.acf))
 
     def train(report: Report) -> None:
         train_cnn(options.data, proposer, options.out, recipe, training, report)
 
-    return _run("train cnn", options, console, train)
+    return _run("cnn", options, console, train)
 
 
-def _run(name: str, options: argparse.Namespace, console: Console, train: Callable[[Report], None]) -> int:
+def _run(stage: str, options: argparse.Namespace, console: Console, train: Callable[[Report], None]) -> int:
     """Train with a progress bar; write the log and the model card beside the weights."""
     from rich.progress import Progress, TimeElapsedColumn
 
     from han_bullet.model_card import TrainingLog, write_model_card
 
-    if options.out.is_dir():
-        raise BadInputError(f"--out {options.out} is a folder; a file for the weights would be right")
     options.out.parent.mkdir(parents=True, exist_ok=True)
     with (
-        TrainingLog(options.out.with_suffix(".log")) as log,
+        TrainingLog(options.out.with_suffix(".log"), getattr(options, "resume", False)) as log,
         Progress(*Progress.get_default_columns(), TimeElapsedColumn(), console=console) as bar,
     ):
-        task = bar.add_task(name, total=1.0)
+        task = bar.add_task(f"train {stage}", total=1.0)
 
         def report(line: str, done: float) -> None:
             bar.update(task, completed=done)
             if line:
                 log.write(line)
-                bar.console.print(line, soft_wrap=True, highlight=False)
+                bar.console.print(line, soft_wrap=True, highlight=False, markup=False)
 
         train(report)
-    card = write_model_card(options.out, name, options.seed, options.data, log)
+    measuring = f"han-bullet evaluate --data DIR {MEASURED_BY[stage]} {options.out.name}"
+    card = write_model_card(options.out, f"train {stage}", measuring, options.seed, options.data, log)
     console.print(f"weights in {options.out}, their card in {card}, the log in {log.path}", soft_wrap=True)
     return 0

@@ -19,7 +19,7 @@ from han_bullet.detection.network import CropNetwork
 from han_bullet.detection.pictures import Image, cut
 from han_bullet.detection.squeezenet import SqueezeTrunk
 from han_bullet.detection.vgg import SmallVgg, VggD
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
 
 # The network sees the padded window of ACF's INRIA model, 64 x 128 around a person of 100: what surrounds a body helps
@@ -113,19 +113,29 @@ def load_network(path: Path) -> CropNetwork:
     """
     try:
         with safe_open(path, framework="pt") as file:
-            metadata = file.metadata() or {}
+            network = _described_network(file.metadata() or {})
             weights = {name: file.get_tensor(name).float() for name in file.keys()}  # noqa: SIM118 (it is no mapping)
-        description = json.loads(metadata["network"])
-        with torch.device("meta"):  # no random weights first: they would advance torch's generator
-            network = NETWORKS[description["architecture"]](**description["arguments"])
         network.load_state_dict(weights, assign=True)
-    except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
-        reason = " ".join(str(error).split())
-        raise BadInputError(f"{path} is not a pedestrian classifier (safetensors by `train cnn`): {reason}") from error
+    except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError, BadInputError) as error:
+        raise BadInputError(
+            f"{path} is not a pedestrian classifier (safetensors by `train cnn`): {quoted(error)}"
+        ) from error
     for name, weight in weights.items():
         if not torch.isfinite(weight).all():
             raise BadInputError(f"{path}: weights {name!r} are not all finite; train or download it again")
     return network
+
+
+def _described_network(metadata: Mapping[str, str]) -> CropNetwork:
+    """Return the network that a file says it holds, without weights."""
+    if "network" not in metadata:
+        raise BadInputError("it does not say which network it is of")
+    description = json.loads(metadata["network"])
+    name = description["architecture"]
+    if name not in NETWORKS:
+        raise BadInputError(f"its network is {name!r}; {', '.join(NETWORKS)} would be right")
+    with torch.device("meta"):  # no random weights first: they would take memory and advance torch's generator
+        return NETWORKS[name](**description["arguments"])
 
 
 def load_classifier(name_or_path: str | Path = DEFAULT) -> Classifier:

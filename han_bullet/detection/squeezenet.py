@@ -9,7 +9,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from han_bullet.detection.network import CropNetwork, draw_fully_connected
+from han_bullet.detection.network import (
+    FULLY_CONNECTED_DEVIATION,
+    LARGEST_LAYER,
+    CropNetwork,
+    check_sizes,
+    draw_fully_connected,
+)
 from han_bullet.errors import BadInputError
 
 Floats = NDArray[np.float32]
@@ -58,18 +64,21 @@ class SqueezeTrunk(CropNetwork):
             hidden: Neurons of the first fully connected layer.
         """
         super().__init__(height, width, {"hidden": hidden})
+        check_sizes(LARGEST_LAYER, hidden=hidden)
+        rows, columns = (_side_after_trunk(side) for side in (height, width))
+        if min(rows, columns) < 1:
+            raise BadInputError(f"an input of {height} x {width} px leaves nothing after the convolutions")
         fires = [Fire(*sizes) for sizes in FIRES]
         pool = nn.MaxPool2d(3, 2, ceil_mode=True)
         self.features = nn.Sequential(
             nn.Conv2d(3, 96, 7, stride=2), nn.ReLU(inplace=True), pool, *fires[:3], pool, *fires[3:], pool
         )
-        rows, columns = (_side_after_trunk(side) for side in (height, width))
         # Half of the hidden neurons are dropped in training, as in VGG.
         self.head = nn.Sequential(
             nn.Linear(512 * rows * columns, hidden), nn.ReLU(inplace=True), nn.Dropout(0.5), nn.Linear(hidden, 2)
         )
 
-    def start(self, weights: Path | None) -> None:
+    def start(self, weights: Path | None, deviation: float = FULLY_CONNECTED_DEVIATION) -> None:
         """Take the convolutions from an ImageNet network, deep-compressed [Han2016], and draw the rest at random."""
         if weights is None:
             raise BadInputError("squeezenet starts from ImageNet weights: the file compressed_SqueezeNet.net is needed")
@@ -80,7 +89,7 @@ class SqueezeTrunk(CropNetwork):
             layer.bias.data = torch.from_numpy(bias)  # type: ignore[union-attr]
         first = convolutions[0].weight
         first.data = first.data.flip(1).contiguous()  # it was trained on BGR
-        draw_fully_connected(self.head)
+        draw_fully_connected(self.head, deviation)
 
     def forward(self, crops: Tensor) -> Tensor:
         """Return the logits."""

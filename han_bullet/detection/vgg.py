@@ -7,11 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import SafetensorError
-from safetensors.torch import load_file
 from torch import Tensor, nn
 
-from han_bullet.detection.network import CropNetwork, draw_fully_connected
+from han_bullet.detection.network import (
+    FULLY_CONNECTED_DEVIATION,
+    LARGEST_LAYER,
+    CropNetwork,
+    check_sizes,
+    draw_fully_connected,
+)
+from han_bullet.detection.tensor_file import read_tensors
 from han_bullet.errors import BadInputError
 
 # Convolutions in each block of configuration D [Simonyan2015]; every block ends by halving both sides.
@@ -25,17 +30,17 @@ class VggD(CropNetwork):
     """VGG, configuration D, with an input of 64 x 64 and two classes: the paper's network [Mateus2019]."""
 
     def __init__(self, height: int = 64, width: int = 64) -> None:
-        """Lay out the layers for an input of this size [px], multiples of 32."""
+        """Lay out the layers for an input of this size [px], at least 32 x 32."""
         super().__init__(height, width, {})
-        self.features = _blocks(BLOCKS_OF_D)
         features = BLOCKS_OF_D[-1][-1] * _cells(height, width, len(BLOCKS_OF_D))
+        self.features = _blocks(BLOCKS_OF_D)
         self.head = nn.Sequential(
             *(nn.Linear(features, 4096), nn.ReLU(inplace=True), nn.Dropout(0.5)),
             *(nn.Linear(4096, 4096), nn.ReLU(inplace=True), nn.Dropout(0.5)),
             nn.Linear(4096, 2),
         )
 
-    def start(self, weights: Path | None) -> None:
+    def start(self, weights: Path | None, deviation: float = FULLY_CONNECTED_DEVIATION) -> None:
         """Take the convolutions from torchvision's VGG-16 (.pth or .safetensors), or draw them as He proposes.
 
         The fully connected layers are drawn at random in either case.
@@ -43,8 +48,8 @@ class VggD(CropNetwork):
         if weights is None:
             _draw_convolutions(self.features)
         else:
-            _copy_convolutions(_read_weights(weights), self.features, weights)
-        draw_fully_connected(self.head)
+            _copy_convolutions(read_tensors(weights), self.features, weights)
+        draw_fully_connected(self.head, deviation)
 
     def forward(self, crops: Tensor) -> Tensor:
         """Return the logits."""
@@ -68,18 +73,20 @@ class SmallVgg(CropNetwork):
             hidden: Neurons of the first fully connected layer.
         """
         super().__init__(height, width, {"widths": list(widths), "hidden": hidden})
+        cells = _cells(height, width, len(widths))
+        check_sizes(LARGEST_LAYER, hidden=hidden, **{f"width of block {n}": w for n, w in enumerate(widths, start=1)})
         self.features = _blocks([(channels, channels) for channels in widths])
-        features = widths[-1] * _cells(height, width, len(widths))
         self.head = nn.Sequential(
-            nn.Linear(features, hidden), nn.ReLU(inplace=True), nn.Dropout(0.5), nn.Linear(hidden, 2)
+            *(nn.Linear(widths[-1] * cells, hidden), nn.ReLU(inplace=True), nn.Dropout(0.5)),
+            nn.Linear(hidden, 2),
         )
 
-    def start(self, weights: Path | None) -> None:
+    def start(self, weights: Path | None, deviation: float = FULLY_CONNECTED_DEVIATION) -> None:
         """Draw all weights at random; there are no ImageNet weights for it."""
         if weights is not None:
             raise BadInputError(f"the small network starts from scratch; {weights} is of no use to it")
         _draw_convolutions(self.features)
-        draw_fully_connected(self.head)
+        draw_fully_connected(self.head, deviation)
 
     def forward(self, crops: Tensor) -> Tensor:
         """Return the logits."""
@@ -100,8 +107,13 @@ def _blocks(blocks: Sequence[Sequence[int]]) -> nn.Sequential:
 
 
 def _cells(height: int, width: int, blocks: int) -> int:
-    shrinkage: int = 2**blocks
-    return (height // shrinkage) * (width // shrinkage)
+    """Return how many cells of the last block's output there are."""
+    rows, columns = height >> blocks, width >> blocks
+    if blocks < 1 or rows < 1 or columns < 1:
+        raise BadInputError(
+            f"{blocks} blocks that halve {height} x {width} px; at least one block and cell must be left"
+        )
+    return rows * columns
 
 
 def _draw_convolutions(features: nn.Sequential) -> None:
@@ -112,21 +124,6 @@ def _draw_convolutions(features: nn.Sequential) -> None:
             nn.init.zeros_(layer.bias)  # type: ignore[arg-type]
 
 
-def _read_weights(path: Path) -> Mapping[str, Any]:
-    """Return the tensors of a file, which can hold nothing else: nothing is unpickled but tensors."""
-    try:
-        if path.suffix == ".safetensors":
-            return load_file(path)
-        weights = torch.load(path, map_location="cpu", weights_only=True)
-    except (OSError, SafetensorError, RuntimeError, ValueError, EOFError) as error:
-        raise BadInputError(f"{path} holds no weights (.pth or .safetensors): {_one_line(error)}") from error
-    except Exception as error:  # torch raises pickle's own errors for objects it refuses
-        raise BadInputError(f"{path} holds more than weights and is refused: {_one_line(error)}") from error
-    if not isinstance(weights, Mapping):
-        raise BadInputError(f"{path} holds a {type(weights).__name__}; torchvision's state dict would be right")
-    return weights
-
-
 def _copy_convolutions(weights: Mapping[str, Any], features: nn.Sequential, path: Path) -> None:
     """Copy `features.<number>.weight` and `.bias` of torchvision's VGG-16."""
     for number, layer in enumerate(features):
@@ -134,12 +131,12 @@ def _copy_convolutions(weights: Mapping[str, Any], features: nn.Sequential, path
             continue
         for name in ("weight", "bias"):
             own, given = getattr(layer, name), weights.get(f"features.{number}.{name}")
-            if not isinstance(given, Tensor) or given.shape != own.shape or not torch.isfinite(given).all():
+            if not (isinstance(given, Tensor) and given.shape == own.shape and _finite_numbers(given)):
                 raise BadInputError(
                     f"{path}: features.{number}.{name} must be {tuple(own.shape)} finite numbers, as in torchvision"
                 )
             own.data = given.float().clone()
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
+def _finite_numbers(tensor: Tensor) -> bool:
+    return tensor.layout == torch.strided and tensor.is_floating_point() and bool(torch.isfinite(tensor).all())

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.acf_model import AcfModel
+from han_bullet.detection.acf_model import LARGEST_DEPTH, AcfModel
 from han_bullet.detection.channels import Floats
 from han_bullet.detection.inria import train_backgrounds, train_people
 from han_bullet.detection.training.acf_samples import (
@@ -55,10 +55,12 @@ class AcfTrainingOptions:
     per_photograph: int = 25
 
     def __post_init__(self) -> None:
-        """Check that every count is positive."""
+        """Check that every count is positive and trees are no deeper than a model may have them."""
         counts = (self.depth, *self.trees_of_stages, self.new_negatives, self.all_negatives, self.per_photograph)
         if not self.trees_of_stages or min(counts) < 1:
             raise BadInputError(f"training options {self}: all counts must be at least 1")
+        if self.depth > LARGEST_DEPTH:
+            raise BadInputError(f"depth of the trees is {self.depth}; 1 to {LARGEST_DEPTH} would be right")
 
 
 def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrainingOptions | None = None) -> AcfModel:
@@ -117,8 +119,8 @@ class _StageLog:
         self._report(f"{self._name}: {text}", self._start + (self._end - self._start) * done)
 
     def gathering(self, done: float) -> None:
-        """Tell that a part of the negatives is there."""
-        self.say("gathering negatives", self.GATHERING * done)
+        """Tell, without a line for the log, that a part of the negatives is there."""
+        self._report("", self._start + (self._end - self._start) * self.GATHERING * done)
 
     def tree(self, step: BoostingStep, trees: int) -> None:
         """Tell how a tree came out."""

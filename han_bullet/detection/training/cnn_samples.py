@@ -174,7 +174,7 @@ def split(samples: Samples, part: float, generator: np.random.Generator) -> tupl
 
     Args:
         samples: To split.
-        part: Of each class's photographs that go to validation, in (0, 1); at least one does.
+        part: Of each class's photographs that go to validation, in (0, 1); at least one does, and one does not.
         generator: Draws which.
 
     Raises:
@@ -186,7 +186,8 @@ def split(samples: Samples, part: float, generator: np.random.Generator) -> tupl
     for photographs, name in ((background, "nobody"), (shows_people, "people")):
         if len(photographs) < 2:
             raise BadInputError(f"{len(photographs)} photographs show {name}; training and validation need one each")
-        held_out.append(generator.permutation(photographs)[: max(1, round(part * len(photographs)))])
+        count = min(max(1, round(part * len(photographs))), len(photographs) - 1)
+        held_out.append(generator.permutation(photographs)[:count])
     validation = np.isin(samples.sources, np.concatenate(held_out))
     return samples.select(~validation), samples.select(validation)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +14,9 @@ from torch import nn
 
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.cnn import NETWORKS, Classifier, as_batch, load_network, save_network
-from han_bullet.detection.network import CropNetwork
+from han_bullet.detection.network import FULLY_CONNECTED_DEVIATION, CropNetwork
 from han_bullet.detection.training.augmentation import augment, centre
-from han_bullet.detection.training.checkpoint import Checkpoint
+from han_bullet.detection.training.checkpoint import Checkpoint, require_checkpoint
 from han_bullet.detection.training.cnn_samples import Samples, collect_samples, split
 from han_bullet.detection.training.recipe import Recipe
 from han_bullet.errors import BadInputError
@@ -27,6 +28,7 @@ BATCH = 100
 MOMENTUM = 0.9
 VALIDATION_PART = 0.1
 RISING_PART = 0.1  # of the steps of a falling learning rate
+FIRST_STEPS = 10  # whose losses the log has: they show whether the initial weights suit the learning rate
 IMAGENET_FILE = Path("squeezenet") / "compressed_SqueezeNet.net"
 
 
@@ -40,6 +42,7 @@ class CnnTraining:
         seed: Of split, boxes, initial weights, order and augmentation.
         bf16: Whether to multiply in bfloat16: half the time on processors that have it, other last digits.
         resume: Whether to go on from the last whole epoch of an interrupted training with the same settings.
+        deviation: Standard deviation of the fully connected layers' initial weights.
     """
 
     network: str = "squeezenet"
@@ -47,6 +50,14 @@ class CnnTraining:
     seed: int = 0
     bf16: bool = False
     resume: bool = False
+    deviation: float = FULLY_CONNECTED_DEVIATION
+
+    def __post_init__(self) -> None:
+        """Check the network's name and the deviation."""
+        if self.network not in NETWORKS:
+            raise BadInputError(f"network {self.network!r} is not known; there are {', '.join(NETWORKS)}")
+        if not 0.0 < self.deviation < math.inf:
+            raise BadInputError(f"deviation of the initial weights is {self.deviation}; above 0 would be right")
 
 
 def train_cnn(data: Path, acf: AcfDetector, out: Path, recipe: Recipe, options: CnnTraining, report: Report) -> float:
@@ -69,13 +80,13 @@ def train_cnn(data: Path, acf: AcfDetector, out: Path, recipe: Recipe, options: 
     Raises:
         BadInputError: The data or the initial weights are missing or no use, or there is nothing to resume.
     """
-    if options.network not in NETWORKS:
-        raise BadInputError(f"network {options.network!r} is not known; there are {', '.join(NETWORKS)}")
+    if options.resume:
+        require_checkpoint(out)
     generator = np.random.default_rng(options.seed)
     with torch.random.fork_rng():
         torch.manual_seed(options.seed)
         network: CropNetwork = NETWORKS[options.network]()
-        network.start(_initial_weights(options, data))
+        network.start(_initial_weights(options, data), options.deviation)
         size = (network.height, network.width)
         samples = collect_samples(data, acf, size, recipe, generator, lambda line: report(line, 0.0))
         return fit(network, samples, out, recipe, options, generator, report)
@@ -96,9 +107,10 @@ def fit(
     optimizer = torch.optim.SGD(
         network.parameters(), recipe.learning_rate, MOMENTUM, weight_decay=recipe.weight_decay, nesterov=recipe.falling
     )
-    checkpoint = Checkpoint(out.with_name(out.name + ".checkpoint"), f"{recipe} {options.network} seed {options.seed}")
+    checkpoint = Checkpoint(out, _settings(network, samples, recipe, options))
     done = checkpoint.restore(network, optimizer) if options.resume else 0
-    accuracy = 0.0
+    # It may have been interrupted after its last epoch.
+    accuracy = 0.0 if done < recipe.epochs else evaluate(Classifier(load_network(out)), validation)[0]
     for epoch in range(done, recipe.epochs):
         loss = _run_epoch(network, training, optimizer, epoch, recipe, options, report)
         save_network(network, out)
@@ -135,6 +147,17 @@ def _initial_weights(options: CnnTraining, data: Path) -> Path | None:
     return data / IMAGENET_FILE if options.network == "squeezenet" and options.weights is None else options.weights
 
 
+def _settings(network: CropNetwork, samples: Samples, recipe: Recipe, options: CnnTraining) -> str:
+    """Return everything that decides what a training does; initial weights and samples as checksums."""
+    weights = data = 0
+    for weight in network.state_dict().values():
+        weights = zlib.crc32(np.ascontiguousarray(weight.numpy()).data, weights)
+    for part in (samples.crops, samples.labels, samples.sources):
+        data = zlib.crc32(np.ascontiguousarray(part).data, data)
+    how = f"{recipe}, {options.network}, seed {options.seed}, bf16 {options.bf16}"
+    return f"{how}, initial weights {weights:08x}, samples {data:08x}"
+
+
 def _run_epoch(
     network: CropNetwork,
     samples: Samples,
@@ -159,15 +182,22 @@ def _run_epoch(
             logits = network(crops)
         loss = nn.functional.cross_entropy(logits.float(), labels)
         if not torch.isfinite(loss):
-            raise BadInputError(
-                f"the loss is {loss.item()} in step {number + 1} of epoch {epoch + 1}: a learning rate of "
-                f"{recipe.learning_rate} is too high for this network's initial weights; try a tenth of it"
-            )
+            raise _diverged(f"the loss is {loss.item()} in step {number + 1} of epoch {epoch + 1}", recipe)
         loss.backward()  # type: ignore[no-untyped-call]
         optimizer.step()
         losses.append(loss.item())
-        report("", (epoch + (number + 1) / batches) / recipe.epochs)
+        shown = f"step {number + 1}: loss {loss.item():.4f}" if epoch == 0 and number < FIRST_STEPS else ""
+        report(shown, (epoch + (number + 1) / batches) / recipe.epochs)
+    if not all(bool(torch.isfinite(weight.half()).all()) for weight in network.parameters()):
+        raise _diverged(f"after epoch {epoch + 1} weights are not finite", recipe)
     return float(np.mean(losses))
+
+
+def _diverged(what: str, recipe: Recipe) -> BadInputError:
+    return BadInputError(
+        f"{what}: a learning rate of {recipe.learning_rate} is too high for this network's initial weights; "
+        "try a tenth of it"
+    )
 
 
 def _batches(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from han_bullet.errors import BadInputError
@@ -39,8 +40,9 @@ class Recipe:
         counts = (self.deformed, self.misplaced, self.weak_negatives, self.strong_negatives)
         if self.epochs < 1 or min(counts) < 0 or self.weak_negatives + self.strong_negatives < 1:
             raise BadInputError(f"{self}: at least one epoch and one negative per photograph are needed")
-        if not (self.learning_rate > 0.0 and self.weight_decay >= 0.0):
-            raise BadInputError(f"learning rate {self.learning_rate} must be above 0, weight decay not below 0")
+        if not (0.0 < self.learning_rate < math.inf and 0.0 <= self.weight_decay < math.inf):
+            rates = f"learning rate {self.learning_rate}, weight decay {self.weight_decay}"
+            raise BadInputError(f"{rates}: finite ones, above 0 and not below 0, would be right")
 
 
 PAPER = Recipe()
