@@ -11,12 +11,10 @@ from little_samples import everything_detector, write_pictures
 
 from han_bullet.detection.inria import train_backgrounds, train_people
 from han_bullet.detection.overlap import intersection_over_union
+from han_bullet.detection.training.boxes import deformed, misplaced, placed
 from han_bullet.detection.training.cnn_samples import (
     Samples,
     collect_samples,
-    deformed,
-    misplaced,
-    placed,
     samples_around_people,
     samples_of_background,
     split,

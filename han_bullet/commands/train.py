@@ -36,12 +36,13 @@ def _add_acf(stages: Commands[Parser]) -> None:
         "acf",
         "train the boosted cascade of the first stage, in four stages that each learn from the last one's mistakes",
         "  han-bullet train acf --data DIR\n"
-        "  han-bullet train acf --data DIR --boosting discrete --depth 2  # as the original",
+        "  han-bullet train acf --data DIR --boosting discrete --depth 2 --misplaced 0  # the original",
     )
     _add_common(parser, "acf")
     add = parser.add_argument
     add("--boosting", choices=("gentle", "discrete"), default="gentle", help="discrete: AdaBoost, as the original")
     add("--depth", type=positive, default=3, help="of each tree (default 3; the original: 2)")
+    add("--misplaced", type=natural, default=1, help="wrong windows around each person (default 1; the original: 0)")
     parser.set_defaults(handler=_train_acf)
 
 
@@ -104,7 +105,7 @@ def _train_acf(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.detection.training.boosting import DiscreteAdaBoost, GentleBoost
 
     boosting = GentleBoost() if options.boosting == "gentle" else DiscreteAdaBoost()
-    training = AcfTrainingOptions(boosting=boosting, depth=options.depth)
+    training = AcfTrainingOptions(boosting=boosting, depth=options.depth, misplaced=options.misplaced)
 
     def train(report: Report) -> None:
         train_acf(options.data, options.out, options.seed, report, training)

@@ -15,12 +15,14 @@ from han_bullet.detection.colour import luv
 from han_bullet.detection.pictures import Image, cut, read_picture
 from han_bullet.detection.pyramid import smooth
 from han_bullet.detection.resampling import resample_planes
+from han_bullet.detection.training.boxes import misplaced
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
 # [px] in the window: as the INRIA crops have them, because any resampling would blur people but not background.
 PERSON_HEIGHT, PERSON_WIDTH = 96, 39
 WINDOW_HEIGHT, WINDOW_WIDTH = 128, 64  # [px] with the margin that the classifier looks at
+WINDOW_VALUES = WINDOW_HEIGHT * WINDOW_WIDTH // CELL**2 * CHANNELS
 MARGIN = 32  # [px] around the window, so that its channels do not see the crop's border
 CROP_MARGIN = 16  # [px] kept around the window in those crops, which have little more to give
 TINY_MEAN = 1 / 50  # of the largest mean: flat windows have no meaningful ratio between scales
@@ -63,6 +65,19 @@ def box_crop(image: Image, box: Array) -> Image:
     if patch.shape[:2] == (height, width):
         return patch
     return np.asarray(cv2.resize(patch, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def misplaced_windows(crops: Sequence[Image], count: int, rng: np.random.Generator) -> Floats:
+    """Return the features, (n, 5120), of `count` windows per INRIA crop that are wrong by half a person."""
+    x, y = 0.5 * (WINDOW_WIDTH - PERSON_WIDTH) + CROP_MARGIN, 0.5 * (WINDOW_HEIGHT - PERSON_HEIGHT) + CROP_MARGIN
+    person = np.array([x, y, PERSON_WIDTH, PERSON_HEIGHT])
+    kinds = rng.integers(4, size=(len(crops), count))
+    windows = [
+        window_features(box_crop(crop, misplaced(person, kind, rng)))
+        for crop, row in zip(crops, kinds, strict=True)
+        for kind in row
+    ]
+    return np.array(windows, np.float32).reshape(-1, WINDOW_VALUES)
 
 
 def estimate_lambdas(windows: Sequence[Image]) -> tuple[float, float, float]:
@@ -133,5 +148,4 @@ def collect_negatives(
         found.extend(window_features(box_crop(image, box)) for box in boxes)
         used += 1
         report(max(used / len(files), len(found) / wanted))
-    values = WINDOW_HEIGHT * WINDOW_WIDTH // CELL**2 * CHANNELS
-    return np.array(found[:wanted], np.float32).reshape(-1, values), used
+    return np.array(found[:wanted], np.float32).reshape(-1, WINDOW_VALUES), used

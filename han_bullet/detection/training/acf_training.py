@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from han_bullet.detection.acf_model import LARGEST_DEPTH, AcfModel
 from han_bullet.detection.channels import Floats
 from han_bullet.detection.inria import train_backgrounds, train_people
+from han_bullet.detection.pictures import Image
 from han_bullet.detection.training.acf_samples import (
     CROP_MARGIN,
     PERSON_HEIGHT,
@@ -20,6 +21,7 @@ from han_bullet.detection.training.acf_samples import (
     WINDOW_WIDTH,
     collect_negatives,
     estimate_lambdas,
+    misplaced_windows,
     person_crop,
     window_features,
 )
@@ -41,6 +43,8 @@ class AcfTrainingOptions:
     Attributes:
         boosting: How samples are weighed and leaves vote; `DiscreteAdaBoost` is the original's.
         depth: Of each tree.
+        misplaced: Windows beside, above, around or inside each person that count as background in every stage, for a
+            box that is half a person off is a mistake; the original has none.
         trees_of_stages: Each stage trains a classifier from scratch, the next one on what it got wrong.
         new_negatives: Background windows gathered for each stage.
         all_negatives: Background windows kept in total.
@@ -49,6 +53,7 @@ class AcfTrainingOptions:
 
     boosting: Boosting = field(default_factory=GentleBoost)
     depth: int = 3
+    misplaced: int = 1
     trees_of_stages: tuple[int, ...] = (32, 128, 512, 2048)
     new_negatives: int = 5000
     all_negatives: int = 10_000
@@ -59,6 +64,8 @@ class AcfTrainingOptions:
         counts = (self.depth, *self.trees_of_stages, self.new_negatives, self.all_negatives, self.per_photograph)
         if not self.trees_of_stages or min(counts) < 1:
             raise BadInputError(f"training options {self}: all counts must be at least 1")
+        if self.misplaced < 0:
+            raise BadInputError(f"misplaced windows per person are {self.misplaced}; 0 or more would be right")
         if self.depth > LARGEST_DEPTH:
             raise BadInputError(f"depth of the trees is {self.depth}; 1 to {LARGEST_DEPTH} would be right")
 
@@ -81,7 +88,9 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
     options = options or AcfTrainingOptions()
     rng = np.random.default_rng(seed)
     photographs = train_backgrounds(data)
-    people, lambdas = _people(train_people(data), report)
+    crops = [person_crop(file) for file in train_people(data)]
+    people, lambdas = _people(crops, report)
+    beside = misplaced_windows(crops, options.misplaced, rng)
     negatives: Floats = np.empty((0, people.shape[1]), np.float32)
     model: AcfModel | None = None
     total, done = sum(options.trees_of_stages), 0
@@ -92,7 +101,7 @@ def train_acf(data: Path, out: Path, seed: int, report: Report, options: AcfTrai
         )
         line.say(f"{len(fresh)} negatives from {used} photographs", _StageLog.GATHERING)
         negatives = np.concatenate([_subset(negatives, options.all_negatives - len(fresh), rng), fresh])
-        model = _train_stage(people, negatives, trees, lambdas, options, rng, line)
+        model = _train_stage(people, np.concatenate([beside, negatives]), trees, lambdas, options, rng, line)
         model.save(out.with_name(f"{out.stem}_stage{stage}.npz"))
         done += trees
     assert model is not None  # there is at least one stage
@@ -129,9 +138,8 @@ class _StageLog:
             self.say(text, self.GATHERING + (1.0 - self.GATHERING) * step.tree / trees)
 
 
-def _people(files: list[Path], report: Report) -> tuple[Floats, tuple[float, float, float]]:
+def _people(crops: list[Image], report: Report) -> tuple[Floats, tuple[float, float, float]]:
     """Return the people's features, (n, 5120), and the lambdas measured on them."""
-    crops = [person_crop(file) for file in files]
     features = np.array([window_features(crop) for crop in crops])
     inner = slice(CROP_MARGIN, -CROP_MARGIN)
     lambdas = estimate_lambdas([np.ascontiguousarray(crop[inner, inner]) for crop in crops])
