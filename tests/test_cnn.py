@@ -229,9 +229,9 @@ def test_weights_that_are_not_finite_are_refused_by_name(network, tmp_path: Path
         load_network(tmp_path / "nan.safetensors")
 
 
-def test_shipped_classifier_is_below_3_megabytes_and_has_its_card():
+def test_shipped_classifier_is_below_4_megabytes_and_has_its_card():
     folder = assets.models_folder()
-    assert (folder / "cnn_inria.safetensors").stat().st_size < 3e6
+    assert (folder / "cnn_inria.safetensors").stat().st_size < 4e6
     assert "han-bullet train cnn" in (folder / "cnn_inria.md").read_text(encoding="utf-8")
 
 

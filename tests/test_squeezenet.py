@@ -104,6 +104,17 @@ def test_truncated_compressed_file_is_refused_by_name(tmp_path: Path, content: b
         decode_squeezenet(tmp_path / "nowhere.net", [(2, 3, 1, 1)])
 
 
+def test_weights_that_are_not_finite_are_refused_with_their_layer(tmp_path: Path) -> None:
+    write_compressed(tmp_path / "nan.net", [(2, 3, 1, 1), (4, 2, 1, 1)], 2)
+    content = bytearray((tmp_path / "nan.net").read_bytes())
+    second = 26 * 4 + 1024 + 2 * 4 + 6 + 3  # behind counts, and codebook, biases, codes and runs of the first layer
+    content[second : second + 4] = np.float32(np.nan).tobytes()
+    (tmp_path / "nan.net").write_bytes(bytes(content))
+    assert len(decode_squeezenet(tmp_path / "nan.net", [(2, 3, 1, 1)])) == 1
+    with pytest.raises(BadInputError, match=r"nan\.net .*weights of layer 2 are not all finite"):
+        decode_squeezenet(tmp_path / "nan.net", [(2, 3, 1, 1), (4, 2, 1, 1)])
+
+
 @pytest.mark.data
 def test_activations_of_the_imagenet_network_are_about_as_large_as_the_head_expects(data_folder: Path) -> None:
     network = SqueezeTrunk(hidden=2)

@@ -167,10 +167,12 @@ def test_an_interrupted_training_is_resumed_and_gives_the_same_file(
             raise KeyboardInterrupt
         return run_epoch(*arguments)
 
+    out.with_suffix(".md").write_text("of earlier weights")
     monkeypatch.setattr(cnn_training, "_run_epoch", interrupted)
     assert main(small(data, out, *more)) == 130
     monkeypatch.undo()
     assert (tmp_path / "mine.safetensors.checkpoint").is_file()
+    assert out.is_file() and not out.with_suffix(".md").exists()  # no card but that of these weights
     assert main(small(data, out, *more, "--resume")) == 0
     assert out.read_bytes() == whole.read_bytes()
     assert not (tmp_path / "mine.safetensors.checkpoint").exists()

@@ -156,8 +156,17 @@ def _run(stage: str, options: argparse.Namespace, console: Console, train: Calla
                 log.write(line)
                 bar.console.print(line, soft_wrap=True, highlight=False, markup=False)
 
-        train(report)
+        before = _written_at(options.out)
+        try:
+            train(report)
+        finally:
+            if _written_at(options.out) != before:  # an earlier card is of other weights
+                options.out.with_suffix(".md").unlink(missing_ok=True)
     measuring = f"han-bullet evaluate --data DIR {MEASURED_BY[stage]} {options.out.name}"
     card = write_model_card(options.out, f"train {stage}", measuring, options.seed, options.data, log)
     console.print(f"weights in {options.out}, their card in {card}, the log in {log.path}", soft_wrap=True)
     return 0
+
+
+def _written_at(path: Path) -> int:
+    return path.stat().st_mtime_ns if path.exists() else 0

@@ -16,7 +16,7 @@ from han_bullet.detection.network import (
     check_sizes,
     draw_fully_connected,
 )
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, quoted
 
 Floats = NDArray[np.float32]
 
@@ -120,22 +120,25 @@ def decode_squeezenet(path: Path, shapes: list[tuple[int, ...]]) -> list[tuple[F
         Weights of these shapes and biases (out,), float32.
 
     Raises:
-        BadInputError: The file is missing or too short, or a run leaves the layer.
+        BadInputError: The file is missing or too short, a run leaves the layer, or a weight is not finite.
     """
     try:
         content = path.read_bytes()
         counts = np.frombuffer(content, "<u4", LAYERS_IN_FILE)
-        offset, layers = counts.nbytes, []
+        offset = counts.nbytes
+        layers: list[tuple[Floats, Floats]] = []
         for shape, count in zip(shapes, counts.tolist(), strict=False):
             codebook = np.frombuffer(content, "<f4", 256, offset)
             bias = np.frombuffer(content, "<f4", shape[0], offset + 1024)
             codes = np.frombuffer(content, np.uint8, count, offset + 1024 + bias.nbytes)
             packed = np.frombuffer(content, np.uint8, (count + 1) // 2, offset + 1024 + bias.nbytes + count)
             offset += 1024 + bias.nbytes + count + packed.nbytes
+            if not (np.isfinite(codebook).all() and np.isfinite(bias).all()):
+                raise ValueError(f"weights of layer {len(layers) + 1} are not all finite")
             runs = np.stack([packed & 15, packed >> 4], axis=1).ravel()[:count].astype(int)
             weight = np.zeros(int(np.prod(shape)), np.float32)
             weight[np.cumsum(runs + 1) - 1] = codebook[codes]
             layers.append((weight.reshape(shape), bias.astype(np.float32)))
     except (OSError, ValueError, IndexError) as error:
-        raise BadInputError(f"{path} is not a deep-compressed SqueezeNet 1.0: {error}") from error
+        raise BadInputError(f"{path} is not a deep-compressed SqueezeNet 1.0: {quoted(error)}") from error
     return layers

@@ -15,7 +15,8 @@ class Recipe:
     Attributes:
         epochs: Passes over the samples.
         learning_rate: Of stochastic gradient descent with momentum 0.9 in batches of 100.
-        falling: Whether the rate rises over the first tenth of the steps and then falls as a cosine, or stays.
+        falling: Whether the rate rises over the first tenth of the steps and then falls as a cosine, with Nesterov's
+            momentum, or stays.
         weight_decay: Of the weights.
         deformed: Copies of each person, moved and scaled a little.
         misplaced: Boxes beside, above, around and inside each person, taken as background: a box that is half a person
