@@ -12,12 +12,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.table import provenance, table
+from benchmarks.provenance import provenance
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.network import CropNetwork
 from han_bullet.detection.squeezenet import SqueezeTrunk
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.detection.vgg import SmallVgg, VggD
+from han_bullet.markdown import markdown_table
 
 PROPOSALS = 5
 PAPER = {("vgg-d", 64): 0.0485, ("vgg-d", 224): 0.3619}  # [s], by network and height
@@ -66,7 +67,7 @@ def main() -> None:
     print("### Forward pass of the second stage's networks\n")
     print(f"{provenance()}; one thread, {PROPOSALS} proposals at a time, random weights, {options.rounds} rounds\n")
     header = ("network", "input [px]", "weights [million]", "median [ms per proposal]", "minimum [ms per proposal]")
-    print(table((*header, "the paper [ms]"), rows(candidates, times)))
+    print(markdown_table((*header, "the paper [ms]"), rows(candidates, times)))
     small, large = (np.array(taken) for taken in times[-2:])
     ratio = PAPER["vgg-d", 224] / PAPER["vgg-d", 64]
     print(f"\nvgg-d takes {np.median(large / small):.1f} times as long at 224 x 224 (the paper: {ratio:.1f} times)")

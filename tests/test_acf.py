@@ -139,7 +139,7 @@ def test_saving_that_fails_leaves_the_old_model_and_nothing_else(
 
 def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
     model = load_acf_model("acf_inria")
-    assert model.features.shape == (2048, 3)
+    assert model.features.shape == (2048, 7)
     assert math.isfinite(model.score_threshold)
     folder = Path(__file__).parent.parent / "han_bullet" / "models"
     assert (folder / "acf_inria.npz").stat().st_size < 500_000
@@ -211,7 +211,7 @@ def test_a_mat_file_is_read_as_a_model_of_the_toolbox(tmp_path: Path) -> None:
 @pytest.mark.data
 def test_the_toolbox_s_model_is_loaded_by_its_path_with_the_paper_s_threshold(data_folder: Path) -> None:
     model = load_acf_model(str(data_folder / "models" / "AcfInriaDetector.mat"))
-    assert model.features.shape == (2048, 3)
+    assert model.features.shape == (2048, 7)
     assert model.score_threshold == 40.0
 
 

@@ -38,14 +38,14 @@ def test_the_table_is_shown_and_its_files_are_written(
     shown = capsys.readouterr().out
     assert "ACF + CNN" in shown and "paper rule" in shown and "2 INRIA test photographs with 1 people" in shown
     assert {path.name for path in out.iterdir()} == {"evaluation.json", "evaluation.md", "miss_rate_INRIA.png"}
-    assert len(json.loads((out / "evaluation.json").read_text())["rows"]) == 4
+    assert len(json.loads((out / "evaluation.json").read_text())["rows"]) == 6
 
 
 def test_other_models_stand_in_the_same_table(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["--data", str(data), "--compare", "acf_inria", "hog", "--out", str(tmp_path / "out")]
     assert main(["evaluate", *arguments]) == 0
     rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
-    assert [row["model"] for row in rows] == ["acf_inria"] * 8 + ["OpenCV"]
+    assert [row["model"] for row in rows] == ["acf_inria"] * 12 + ["OpenCV"]
     assert (rows[-1]["detector"], rows[-1]["rule"], rows[-1]["threshold"]) == ("HOG", "-", None)
 
 
@@ -55,7 +55,7 @@ def test_rendered_sequences_are_measured_without_photographs(
     assert main(["evaluate", "--rendered", "--frames", "20", "--out", str(tmp_path / "out")]) == 0
     assert "20 rendered frames of each sequence" in capsys.readouterr().out
     rows = json.loads((tmp_path / "out" / "evaluation.json").read_text())["rows"]
-    assert [row["images"] for row in rows] == ["corridor"] * 4 + ["MBOT"] * 4
+    assert [row["images"] for row in rows] == ["corridor"] * 6 + ["MBOT"] * 6
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {
         "miss_rate_corridor.png",
         "miss_rate_MBOT.png",

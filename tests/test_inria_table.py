@@ -92,9 +92,12 @@ def test_a_threshold_can_be_chosen_anew_for_a_model_that_has_one(data: Path, fre
 
 def test_a_model_without_a_threshold_is_evaluated_on_all_proposals(data: Path, fresh: str) -> None:
     done: list[int] = []
-    alone, both = evaluate_photographs(load_test_photographs(data), load_stages([fresh], "default"), done.append)
+    photographs = load_test_photographs(data)
+    alone, both, mixed = evaluate_photographs(photographs, load_stages([fresh], "default"), done.append)
     assert (alone.detector, alone.model, alone.rule, alone.threshold) == ("ACF", "fresh", "-", None)
     assert (both.detector, both.model, both.rule, both.threshold) == ("ACF + CNN", "fresh", "paper rule", None)
+    assert (mixed.detector, mixed.model, mixed.rule, mixed.threshold) == ("ACF + CNN", "fresh", "both scores", None)
+    assert mixed.evaluation.counts() == alone.evaluation.counts()  # it drops nothing
     assert alone.evaluation.counts() == Counts(PICTURES, 3 * PICTURES, 0)  # a second box of each bar
     counts = both.evaluation.counts()
     assert counts.false_positives <= 3 * PICTURES
@@ -107,11 +110,13 @@ def test_a_model_with_a_threshold_is_evaluated_on_all_proposals_and_on_those_abo
 ) -> None:
     load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "model.npz")
     rows = table(data, str(tmp_path / "model.npz"))
-    assert [(row.detector, row.threshold) for row in rows] == [
-        ("ACF", None),
-        ("ACF", 45.0),
-        ("ACF + CNN", None),
-        ("ACF + CNN", 45.0),
+    assert [(row.detector, row.rule, row.threshold) for row in rows] == [
+        ("ACF", "-", None),
+        ("ACF", "-", 45.0),
+        ("ACF + CNN", "paper rule", None),
+        ("ACF + CNN", "paper rule", 45.0),
+        ("ACF + CNN", "both scores", None),
+        ("ACF + CNN", "both scores", 45.0),
     ]
     assert [row.evaluation.counts().false_positives for row in rows[:2]] == [3 * PICTURES, 0]
 
@@ -122,7 +127,7 @@ def test_several_models_stand_in_one_table_with_the_same_figures_as_alone(
     load_acf_model(fresh).with_score_threshold(45.0).save(tmp_path / "other.npz")
     other = str(tmp_path / "other.npz")
     together = evaluate_photographs(load_test_photographs(data), load_stages([fresh, other], "default"))
-    assert [row.model for row in together] == ["fresh"] * 2 + ["other"] * 4
+    assert [row.model for row in together] == ["fresh"] * 3 + ["other"] * 6
     alone = [*table(data, fresh), *table(data, other)]
     assert [row.evaluation.counts() for row in together] == [row.evaluation.counts() for row in alone]
 
@@ -166,9 +171,9 @@ def test_rows_derive_from_one_look_with_the_time_of_the_proposals_that_reach_the
     stages = Stages("ACF", "made up", propose, 50.0, MadeUpClassifier(clock))
     rows = evaluate_photographs(load_test_photographs(data), [stages])
     counts = [row.evaluation.counts() for row in rows]
-    assert counts == [Counts(PICTURES, false * PICTURES, 0) for false in (9, 1, 8, 0)]
+    assert counts == [Counts(PICTURES, false * PICTURES, 0) for false in (9, 1, 8, 0, 9, 1)]
     seconds = [1.0 / row.frames_per_second for row in rows]
-    assert seconds == pytest.approx([10.0, 10.0, 10.0 + 10 * 4.0, 10.0 + 2 * 4.0])
+    assert seconds == pytest.approx([10.0, 10.0, *2 * [10.0 + 10 * 4.0, 10.0 + 2 * 4.0]])
 
 
 def test_an_unknown_model_and_missing_data_are_bad_input(data: Path, fresh: str, tmp_path: Path) -> None:
@@ -183,4 +188,4 @@ def test_an_unknown_model_and_missing_data_are_bad_input(data: Path, fresh: str,
 @pytest.mark.data
 def test_the_toolbox_s_model_can_be_evaluated_by_its_path(data_folder: Path, data: Path) -> None:
     rows = table(data, str(data_folder / "models" / "AcfInriaDetector.mat"))
-    assert [row.threshold for row in rows] == [None, 40.0, None, 40.0]
+    assert [row.threshold for row in rows] == 3 * [None, 40.0]
