@@ -21,13 +21,13 @@ FOOT_NOISE_ACROSS = 0.025
 # Isotropic, added on the floor [m]: cameras disagree by that much.
 BODY_DEVIATION = 0.1
 # Where in a box the feet are, from its upper edge, in box heights: the detector's boxes end 1.4 % of their height below
-# the annotated ones (median of 268 on the INRIA test photographs).
+# the annotated ones (median of 528 on the INRIA test photographs).
 FOOT_FRACTION = 0.986
 # How far a person's centre lies behind the foot point, which is the nearest toe [m]: fitted on 20 runs of real2 and
 # sim1 with one walker, where both together take the mean error along the ray from -0.13 and -0.18 m (cameras 1 and 3)
 # to within 0.03 m; the worst position error of a run falls from 0.21 to 0.14 m.
 OFFSET_ALONG_RAY = 0.07
-# Lower boxes are no measurement [px]: the detector's smallest is 100, and it gives it to people of 84 to 113 px alike,
+# Lower boxes are no measurement [px]: the smallest is 96, the toolbox's 100, given to people of 84 to 113 px alike,
 # whose foot points then err by -1.4 to +1.0 m along the ray; from its next scale on the error is that of above.
 SMALLEST_BOX = 104.0
 # Foot points within the robot's radius and this of its pose [m] are the robot, a 1 m machine with a head.
