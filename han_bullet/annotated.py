@@ -14,7 +14,9 @@ from han_bullet.detection.pictures import Image
 from han_bullet.errors import HanError
 from han_bullet.messages import Detections
 
-BOX_COLOUR = (60, 200, 80)
+BOX_COLOUR, TEXT_COLOUR = (60, 200, 80), (0, 0, 0)
+FONT, FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
+LABEL_MARGIN = 3  # [px] of the label's ground around its text
 ENCODER = ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"]
 
 
@@ -25,8 +27,19 @@ def annotate(image: Image, detections: Detections) -> Image:
         corner, opposite = (round(x), round(y)), (round(x + width), round(y + height))
         cv2.rectangle(picture, corner, opposite, BOX_COLOUR, 2, cv2.LINE_AA)
         text = f"{score:.0f}" if abs(score) >= 10.0 else f"{score:.2f}"
-        cv2.putText(picture, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BOX_COLOUR, 1, cv2.LINE_AA)
+        _label(picture, text, corner)
     return picture
+
+
+def _label(picture: Image, text: str, corner: tuple[int, int]) -> None:
+    """Write a text on a ground of the box's colour, on top of the box or, where there is no room, inside it."""
+    (width, height), _ = cv2.getTextSize(text, FONT, FONT_SCALE, 1)
+    left, bottom = corner[0], max(corner[1], height + 2 * LABEL_MARGIN)
+    right, top = left + width + 2 * LABEL_MARGIN, bottom - height - 2 * LABEL_MARGIN
+    cv2.rectangle(picture, (left - 1, top), (right, bottom), BOX_COLOUR, cv2.FILLED)
+    cv2.putText(
+        picture, text, (left + LABEL_MARGIN, bottom - LABEL_MARGIN), FONT, FONT_SCALE, TEXT_COLOUR, 1, cv2.LINE_AA
+    )
 
 
 def write_picture(folder: Path, stem: str, picture: Image) -> None:
