@@ -13,6 +13,7 @@ from han_bullet.geometry import Array
 
 # What a point of ACF score is worth beside the CNN's log-odds. Of the weights 0.01 to 1 it gave the smallest miss rate
 # on a third of the training photographs that neither stage had seen; between 0.05 and 0.2 little changes.
+# It is meant for `acf_inria`; other models' scores have other scales.
 ACF_WEIGHT = 0.13
 SURE = 1e-9  # probabilities are this far from 0 and 1 at least, so that their log-odds are finite
 

@@ -70,6 +70,8 @@ class DiscreteAdaBoost(Boosting):
 class GentleBoost(Boosting):
     """Leaves vote by how pure they are, in small steps; a sample weighs 1 / (1 + exp(2 margin)), never more than 1.
 
+    The votes are those of gentle AdaBoost, the weights those of LogitBoost, both of [Friedman2000].
+
     With exp(-margin), the few photographs whose background looks most like a person come to outweigh all the others.
 
     Args:
