@@ -25,7 +25,7 @@ from han_bullet.sim.silhouette import Silhouette
 from han_bullet.sim.simulator import Simulator
 from han_bullet.world_schema import CeilingCamera
 
-LEAST_HEIGHT = 110.0  # [px] of a person who counts; the detector's smallest person has 100
+LEAST_HEIGHT = 110.0  # [px] of a person who counts; the smallest that the detector knows has 96
 MOST_HIDDEN = 0.3
 STEEPEST = math.radians(35.0)  # from above; the detector knows upright people
 TAKE_FRAMES = 20  # 4 s

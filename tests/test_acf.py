@@ -211,7 +211,7 @@ def test_a_mat_file_is_read_as_a_model_of_the_toolbox(tmp_path: Path) -> None:
 @pytest.mark.data
 def test_the_toolbox_s_model_is_loaded_by_its_path_with_the_paper_s_threshold(data_folder: Path) -> None:
     model = load_acf_model(str(data_folder / "models" / "AcfInriaDetector.mat"))
-    assert model.features.shape == (2048, 7)
+    assert model.features.shape == (2048, 3)
     assert model.score_threshold == 40.0
 
 
