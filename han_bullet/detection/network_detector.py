@@ -94,9 +94,8 @@ class NetworkDetector(Detector):
 def _meet(boxes: Array, image: Image) -> NDArray[np.bool_]:
     """Tell which boxes, (n, 4), have an area and share some of it with the image; a network may give any numbers."""
     near, size = boxes[:, :2], boxes[:, 2:]
-    inside = (size > 0.0) & (near + size > 0.0) & (near < image.shape[1::-1])
-    meeting: NDArray[np.bool_] = inside.all(axis=1)
-    return meeting
+    inside: NDArray[np.bool_] = (size > 0.0) & (near + size > 0.0) & (near < image.shape[1::-1])
+    return np.asarray(inside.all(axis=1), np.bool_)
 
 
 def forward(network: Any, square: Image, red_first: bool = True) -> list[Array]:
