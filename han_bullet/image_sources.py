@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from han_bullet.detection.pictures import ENDINGS, Image, check_picture, read_pi
 from han_bullet.errors import BadInputError
 
 VIDEO_ENDINGS = frozenset({".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg"})
+MOST_DIGITS = 4  # of a camera's number
 USUAL_RATE = 25.0  # [1/s] of a video that does not tell its own
 
 
@@ -68,7 +70,7 @@ class Video(ImageSource):
         capture = cv2.VideoCapture(self._source)
         try:
             rate, length = capture.get(cv2.CAP_PROP_FPS), int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-            self.rate = rate if 1.0 <= rate <= 1000.0 else USUAL_RATE
+            self.rate = rate if math.isfinite(rate) and rate > 0.0 else USUAL_RATE
             self.length = length if length > 0 else None
             count = 0
             while True:
@@ -101,9 +103,13 @@ def find_sources(path: Path) -> Sequence[ImageSource]:
         return [_file(file) for file in files]
     if path.exists():
         return [_file(path)]
-    if str(path).isdigit():
-        return [Video(int(str(path)))]
-    raise BadInputError(f"{path} does not exist; a picture, video, folder or camera number would be right")
+    number = str(path)
+    if number.isascii() and number.isdigit() and len(number) <= MOST_DIGITS:
+        return [Video(int(number))]
+    raise BadInputError(
+        f"{path} does not exist; a picture, video, folder or camera number of at most {MOST_DIGITS} digits would be "
+        "right"
+    )
 
 
 def _file(path: Path) -> ImageSource:

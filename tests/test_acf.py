@@ -1,12 +1,16 @@
 """The ACF detector: its model file, its boxes, its agreement with the original."""
 
 import csv
+import io
 import math
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.acf_model import AcfModel
@@ -62,8 +66,70 @@ def test_a_malformed_file_is_bad_input(tmp_path: Path, content: bytes) -> None:
 
 def test_a_file_with_pickled_objects_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "model.npz", features=np.array([{"a": 1}], dtype=object), lambdas=np.zeros(3))
-    with pytest.raises(BadInputError, match="allow_pickle=False"):
+    with pytest.raises(BadInputError, match="features holds values of type object, numbers would be right") as caught:
         AcfModel.load(tmp_path / "model.npz")
+    assert "allow_pickle" not in str(caught.value)
+
+
+def with_values(path: Path, **values: object) -> Path:
+    """Write a model's file in which some values are others."""
+    small_model().save(path)
+    with np.load(path) as archive:
+        np.savez(path, **{**archive, **values})
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("cell", math.inf), ("cell", math.nan), ("person_height", -math.inf), ("window_width", np.ones(2))],
+)
+def test_a_size_that_is_no_whole_number_is_bad_input(tmp_path: Path, name: str, value: object) -> None:
+    with pytest.raises(BadInputError, match=r"model\.npz is not an ACF model"):
+        AcfModel.load(with_values(tmp_path / "model.npz", **{name: value}))
+
+
+def with_member(path: Path, name: str, shape: tuple[int, ...]) -> Path:
+    """Write a model's file with one more member, whose header claims a shape of doubles that are not there."""
+    small_model().save(path)
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(f"{name}.npy", header.getvalue() + bytes(80))
+    return path
+
+
+@pytest.mark.parametrize("shape", [(10**15,), (11,), (9,), (-1,), (10**9, 10**9, 10**9)])
+def test_a_header_that_claims_other_than_the_member_holds_is_bad_input(tmp_path: Path, shape: tuple[int, ...]) -> None:
+    path = with_member(tmp_path / "model.npz", "filters", shape)
+    with pytest.raises(BadInputError, match=r"filters claims shape \(.*but holds 80 bytes"):
+        AcfModel.load(path)
+
+
+def test_what_is_not_of_a_model_is_not_read(tmp_path: Path) -> None:
+    path = with_member(tmp_path / "model.npz", "surprise", (10**15,))
+    assert np.array_equal(AcfModel.load(path).leaves, small_model().leaves)
+
+
+REAL = Path(__file__).parent.parent / "han_bullet" / "models" / "acf_inria.npz"
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 8 * REAL.stat().st_size - 1), min_size=1, max_size=4, unique=True))
+def test_a_real_file_with_flipped_bits_is_bad_input_or_the_same_model(
+    tmp_path_factory: pytest.TempPathFactory, bits: list[int]
+) -> None:
+    content = bytearray(REAL.read_bytes())
+    for bit in bits:
+        content[bit // 8] ^= 1 << bit % 8
+    path = tmp_path_factory.mktemp("flipped") / "model.npz"
+    path.write_bytes(content)
+    try:
+        model = AcfModel.load(path)
+    except BadInputError as error:
+        assert "\n" not in str(error)
+        return
+    for name in ("features", "thresholds", "leaves"):  # each member has a checksum
+        assert np.array_equal(getattr(model, name), getattr(load_acf_model(REAL), name))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import load_detector
+from han_bullet.detection.still_scene import _cell_means
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, project
 from han_bullet.messages import Detections, Frame, Posture
@@ -55,6 +56,22 @@ def test_what_the_empty_scene_rules_out_never_reaches_the_second_stage():
     masked.calibrate([frame((60, WHITE))])
     masked.detect([frame((60, WHITE))])
     assert seen > 0 and classifier.boxes == 0
+
+
+def test_a_frame_is_compared_with_the_empty_scene_once(monkeypatch):
+    compared = []
+
+    def count(image):
+        compared.append(image)
+        return _cell_means(image)
+
+    monkeypatch.setattr("han_bullet.detection.still_scene._cell_means", count)
+    masked = CameraDetector(Fixed())
+    masked.calibrate([frame()])
+    compared.clear()
+    seen = frame((60, WHITE))
+    assert len(masked.detect([seen])[0].boxes) == 1
+    assert len(compared) == 1 and compared[0] is seen.image
 
 
 def test_what_the_empty_scene_shows_too_is_no_person_but_what_is_new_is():

@@ -98,13 +98,25 @@ def test_training_pictures_of_the_own_layout_are_found(tmp_path: Path) -> None:
         "not json",
         '{"a.jpg": {"boxes_xyxy": [[1, 2]]}}',
         '{"a.jpg": {"boxes_xyxy": [[1, 2], [3, 4]]}}',
+        '{"a.jpg": {"boxes_xyxy": {}}}',
+        '{"a.jpg": {"boxes_xyxy": ""}}',
+        '{"a.jpg": {"boxes_xyxy": null}}',
+        '{"a.jpg": {"boxes_xyxy": [[0, 0, 9, 1%s]]}}' % ("0" * 400),
+        '{"a.jpg": {"boxes_xyxy": ' + "[" * 100_000 + "]" * 100_000 + "}}",
     ],
+    ids=lambda text: text[:40],
 )
 def test_a_malformed_list_of_people_is_bad_input(tmp_path: Path, text: str) -> None:
     own(tmp_path, {})
     (tmp_path / "inria" / "gt.json").write_text(text, encoding="utf-8")
-    with pytest.raises(BadInputError, match=r"gt\.json"):
+    with pytest.raises(BadInputError, match=r"gt\.json") as caught:
         load_test_photographs(tmp_path)
+    assert len(str(caught.value)) < 400
+
+
+def test_a_photograph_without_people_has_an_empty_list(tmp_path: Path) -> None:
+    own(tmp_path, {"a.jpg": {"boxes_xyxy": []}})
+    assert load_test_photographs(tmp_path)[0].boxes.shape == (0, 4)
 
 
 @pytest.mark.parametrize("box", [[9, 0, 9, 9], [9, 0, 3, 9], [0, 0, float("nan"), 9]])

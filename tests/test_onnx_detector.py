@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.loading import load_detector
 from han_bullet.detection.network_detector import NetworkDetector
-from han_bullet.detection.onnx_detector import FastestDet, YoloFastest, YoloV5, YoloV8, kind_of_output
+from han_bullet.detection.onnx_detector import FastestDet, YoloFastest, YoloV5, YoloV8, kind_of_output, load_onnx
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import read_picture
 from han_bullet.errors import BadInputError
@@ -88,6 +89,69 @@ def test_the_network_gets_its_order_of_colours(kind: type[NetworkDetector], firs
     kind(network, 64).detect(image(64, 64))
     assert network.blob.shape == (1, 3, 64, 64)
     assert network.blob[0, 0] == pytest.approx(first / 255.0)
+
+
+NOWHERE = [
+    (np.nan, 320, 64, 160),
+    (320, np.inf, 64, 160),
+    (-np.inf, 320, np.inf, 160),
+    (320, 320, np.inf, 160),
+    (320, 320, 64, -160),
+    (320, 320, 0, 160),
+    (-40, 320, 64, 160),  # ends 8 px left of the image
+    (320, 730, 64, 160),
+    (1e30, 1e30, 64, 160),
+]
+
+
+@pytest.mark.parametrize("box", NOWHERE)
+def test_a_box_that_is_nowhere_in_the_image_is_dropped(box: tuple[float, ...]) -> None:
+    rows = np.zeros((1, 3, 85), np.float32)
+    rows[0, :, :6] = [(*box, 1.0, 0.9), (320, 320, 64, 160, 1.0, 0.8), (-30, 320, 64, 160, 1.0, 0.7)]
+    found = YoloV5(Canned(rows), 640).detect(image(640, 640))
+    assert found.boxes.tolist() == [[288.0, 240.0, 64.0, 160.0], [-62.0, 240.0, 64.0, 160.0]]
+    assert found.scores == pytest.approx([0.8, 0.7])
+
+
+def test_a_score_that_is_not_finite_is_no_probability() -> None:
+    rows = np.array([[0.5, 0.5, 0.25, 0.5, 0.9, score] for score in (np.inf, np.nan, 0.8)], np.float32)
+    assert YoloFastest(Canned(rows), 320).detect(image(100, 200)).scores == pytest.approx([0.8])
+
+
+class OfSides(Canned):
+    """A network that takes only some sides of its input, as an export of a fixed size does."""
+
+    def __init__(self, output: np.ndarray, *sides: int) -> None:
+        super().__init__(output)
+        self.sides = sides
+
+    def forward(self, names: list[str]) -> list[np.ndarray]:
+        if self.blob.shape[2] not in self.sides:
+            raise cv2.error("shapes do\n not fit")
+        return super().forward(names)
+
+
+def test_a_network_that_fails_on_an_image_is_one_sentence() -> None:
+    detector = YoloV5(OfSides(np.zeros((1, 1, 85), np.float32), 416), 640)
+    with pytest.raises(BadInputError) as caught:
+        detector.detect(image(64, 64))
+    assert str(caught.value) == "OpenCV cannot run the network at 640 x 640 px: shapes do not fit"
+
+
+@pytest.mark.parametrize(
+    ("sides", "side"), [((352,), 352), ((416,), 416), ((640,), 640), ((640, 352, 416, 320, 512, 1280), 352)]
+)
+def test_fastestdet_runs_at_the_side_of_its_export_or_else_of_its_training(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sides: tuple[int, ...], side: int
+) -> None:
+    network = OfSides(np.zeros((1, 85, 22, 22), np.float32), *sides)
+    monkeypatch.setattr("cv2.dnn.readNetFromONNX", lambda content: network)
+    (tmp_path / "net.onnx").write_bytes(b"any")
+    detector = load_onnx(tmp_path / "net.onnx")
+    assert isinstance(detector, FastestDet)
+    assert detector.side == side
+    assert detector.detect(image(64, 64)).boxes.shape == (0, 4)
+    assert network.blob.shape == (1, 3, side, side)
 
 
 @pytest.mark.parametrize("threshold", [-0.1, 1.1, float("nan")])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.detection.still_scene import CHANGED_LEVEL, LEAST_CHANGED_PART, StillScene
+from han_bullet.detection.still_scene import CHANGED_LEVEL, LEAST_CHANGED_PART, StillScene, changed_part, may_hold
 from han_bullet.errors import BadInputError
 
 BOX = np.array([[100.0, 60.0, 41.0, 100.0]])
@@ -32,24 +32,26 @@ def with_body(image: np.ndarray, colour: tuple[int, int, int], columns: slice = 
 def test_box_on_an_unchanged_scene_is_dropped_under_noise_of_6_grey_levels_in_both_images():
     scene = StillScene(noisy(room(), 6.0, 2), np.zeros((0, 4)))
     for seed in range(3, 13):
-        assert scene.changed_part(noisy(room(), 6.0, seed), BOX)[0] < 0.01
-        assert not scene.keep(noisy(room(), 6.0, seed), BOX)[0]
+        changes = scene.changes(noisy(room(), 6.0, seed))
+        assert changed_part(changes, BOX)[0] < 0.01
+        assert not scene.keep(changes, BOX)[0]
 
 
 def test_person_is_kept_where_nothing_was_and_where_the_empty_scene_has_a_mistake():
     image = with_body(noisy(room(), 6.0, 3), (40, 40, 90))
     for mistakes in (np.zeros((0, 4)), BOX, BOX + np.array([4.0, 6.0, 2.0, 5.0])):
         scene = StillScene(noisy(room(), 6.0, 2), mistakes)
-        assert 0.3 < scene.changed_part(image, BOX)[0] < 0.5
-        assert scene.keep(image, BOX)[0]
+        assert 0.3 < changed_part(scene.changes(image), BOX)[0] < 0.5
+        assert scene.keep(scene.changes(image), BOX)[0]
 
 
 def test_mistake_of_the_empty_scene_stays_masked_when_a_passer_by_covers_its_edge():
     image = with_body(room(), (40, 40, 90), slice(92, 106))
     fresh, repeated = StillScene(room(), np.zeros((0, 4))), StillScene(room(), BOX)
-    assert LEAST_CHANGED_PART < fresh.changed_part(image, BOX)[0] < 0.2
-    assert fresh.keep(image, BOX)[0]
-    assert not repeated.keep(image, BOX)[0]
+    changes = fresh.changes(image)
+    assert LEAST_CHANGED_PART < changed_part(changes, BOX)[0] < 0.2
+    assert fresh.keep(changes, BOX)[0]
+    assert not repeated.keep(changes, BOX)[0]
 
 
 def test_clothes_count_as_changed_in_any_one_colour():
@@ -57,13 +59,13 @@ def test_clothes_count_as_changed_in_any_one_colour():
     shirt = room().astype(int)
     shirt[64:156, 112:130, 2] += 15  # bluer than the wall by more than the level, red and green alike
     assert CHANGED_LEVEL < 15
-    assert scene.keep(shirt.astype(np.uint8), BOX)[0]
+    assert scene.keep(scene.changes(shirt.astype(np.uint8)), BOX)[0]
 
 
 def test_frame_without_enough_change_for_the_smallest_box_holds_no_person():
     scene = StillScene(noisy(room(), 6.0, 2), np.zeros((0, 4)))
-    assert not scene.may_hold(noisy(room(), 6.0, 3), 4100.0)
-    assert scene.may_hold(with_body(noisy(room(), 6.0, 3), (40, 40, 90)), 4100.0)
+    assert not may_hold(scene.changes(noisy(room(), 6.0, 3)), 4100.0)
+    assert may_hold(scene.changes(with_body(noisy(room(), 6.0, 3), (40, 40, 90))), 4100.0)
 
 
 @given(st.integers(0, 300), st.integers(0, 220), st.integers(1, 60), st.integers(1, 60), st.integers(100, 140))
@@ -73,20 +75,22 @@ def test_a_frame_that_may_hold_nothing_has_no_box_to_keep(x, y, width, height, b
     scene = StillScene(room(), np.zeros((0, 4)))
     corners = [(float(u), float(v)) for u in range(0, 260, 20) for v in range(0, 130, 20)]
     boxes = np.array([(u, v, 0.41 * box_height, box_height) for u, v in corners])
-    if not scene.may_hold(image, 0.41 * 100.0**2):
-        assert not scene.keep(image, boxes).any()
+    changes = scene.changes(image)
+    if not may_hold(changes, 0.41 * 100.0**2):
+        assert not scene.keep(changes, boxes).any()
 
 
 def test_part_of_a_box_beyond_the_image_counts_as_unchanged():
     scene = StillScene(room(120), np.zeros((0, 4)))
     boxes = np.array([[-20.0, 40.0, 40.0, 100.0], [40.0, 40.0, 40.0, 100.0], [400.0, 40.0, 40.0, 100.0]])
-    np.testing.assert_allclose(scene.changed_part(room(200), boxes), [0.5, 1.0, 0.0])
+    np.testing.assert_allclose(changed_part(scene.changes(room(200)), boxes), [0.5, 1.0, 0.0])
 
 
 def test_image_of_another_size_is_refused_with_both_sizes():
     with pytest.raises(BadInputError, match=r"\(120, 160, 3\).*\(240, 320, 3\)"):
-        StillScene(room(), BOX).keep(room()[:120, :160], BOX)
+        StillScene(room(), BOX).changes(room()[:120, :160])
 
 
 def test_no_boxes_give_no_answers():
-    assert StillScene(room(), BOX).keep(room(), np.zeros((0, 4))).shape == (0,)
+    scene = StillScene(room(), BOX)
+    assert scene.keep(scene.changes(room()), np.zeros((0, 4))).shape == (0,)

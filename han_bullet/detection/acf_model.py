@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import zipfile
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,9 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.cascade import Ints
 from han_bullet.detection.channels import CELL, CHANNELS, Floats
 from han_bullet.detection.filters import HALVING
+from han_bullet.detection.npz_file import read_npz
 from han_bullet.detection.pyramid import PADDING_COLUMNS, PADDING_ROWS, PyramidSettings
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, quoted
 
 LARGEST_DEPTH = 8  # of a tree; boosted trees are shallow
 CELLS = (2, 4)  # [px] sides that a model's cells may have
@@ -164,11 +164,11 @@ class AcfModel:
             BadInputError: If the file is missing or is not such a model.
         """
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                values = {name: archive[name] for name in archive.files}
-            return cls._from_arrays(values)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, EOFError) as error:
-            raise BadInputError(f"{path} is not an ACF model (npz as AcfModel.save writes it): {error}") from error
+            return cls._from_arrays(read_npz(path, [field.name for field in fields(cls)]))
+        except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
+            raise BadInputError(
+                f"{path} is not an ACF model (npz as AcfModel.save writes it): {quoted(error)}"
+            ) from error
 
     @classmethod
     def _from_arrays(cls, values: dict[str, NDArray[np.generic]]) -> AcfModel:

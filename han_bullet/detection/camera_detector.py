@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.still_scene import StillScene
+from han_bullet.detection.still_scene import StillScene, may_hold
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections, Frame, FrameDetections
 
@@ -52,7 +52,8 @@ class CameraDetector(FrameDetector):
         scene = self._scenes.get(frame.camera) if frame.fixed else None
         if scene is None:
             return self.detector.detect(frame.image)
-        if not scene.may_hold(frame.image, self.detector.smallest_area):
+        changes = scene.changes(frame.image)
+        if not may_hold(changes, self.detector.smallest_area):
             return Detections.none()
         proposals = self.detector.propose(frame.image)
-        return self.detector.decide(frame.image, proposals.select(scene.keep(frame.image, proposals.boxes)))
+        return self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))

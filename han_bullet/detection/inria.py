@@ -102,7 +102,7 @@ def _from_list(file: Path) -> list[LabelledImage]:
             LabelledImage(file.parent / "test" / name, _from_corners(entry["boxes_xyxy"]))
             for name, entry in sorted(entries.items())
         ]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise BadInputError(f"{file} must map names to boxes_xyxy, lists of x0, y0, x1, y1: {reason}") from error
     if not images:
@@ -130,6 +130,8 @@ def _from_annotation(photograph: Path, root: Path) -> LabelledImage:
 
 def _from_corners(corners: Array | list[list[float]]) -> Array:
     """Return x, y, width, height of boxes given by two corners."""
+    if not isinstance(corners, list | np.ndarray):
+        raise TypeError(f"boxes are a {type(corners).__name__}, not a list")
     boxes = np.asarray(corners, float) if len(corners) else np.empty((0, 4))
     if boxes.ndim != 2 or boxes.shape[1] != 4:
         raise ValueError(f"boxes of shape {boxes.shape}")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.nms import suppress
@@ -49,16 +51,29 @@ class NetworkDetector(Detector):
         """Return every box, (n, 4): centre x, y, width, height [px of the input], and its probability, (n,)."""
 
     def detect(self, image: Image) -> Detections:
-        """Return the persons in an image, RGB, shape (h, w, 3), uint8, by falling probability."""
+        """Return the persons in an image, RGB, shape (h, w, 3), uint8, by falling probability.
+
+        Raises:
+            BadInputError: It is no such image, or OpenCV cannot run the network.
+        """
         check_rgb(image)
         if image.size == 0:
             return Detections.none()
         square, scale, shift = self._fit(image)
-        boxes, scores = self.decode(forward(self._network, square, self.red_first))
-        kept = scores >= self.threshold
+        try:
+            with quiet_opencv():
+                outputs = forward(self._network, square, self.red_first)
+        except cv2.error as error:
+            raise BadInputError(
+                f"OpenCV cannot run the network at {self.side} x {self.side} px: {reason(error)}"
+            ) from error
+        boxes, scores = self.decode(outputs)
+        kept = (scores >= self.threshold) & np.isfinite(scores) & np.isfinite(boxes).all(axis=1)
         boxes, scores = boxes[kept].astype(float), scores[kept].astype(float)
         corners = boxes[:, :2] - 0.5 * boxes[:, 2:]
         boxes = np.column_stack([(corners - shift) / scale, boxes[:, 2:] / scale])
+        there = _meet(boxes, image)
+        boxes, scores = boxes[there], scores[there]
         return Detections(boxes, scores, scores).select(suppress(boxes, scores))
 
     def _fit(self, image: Image) -> tuple[Image, Array, Array]:
@@ -76,7 +91,29 @@ class NetworkDetector(Detector):
         return np.asarray(square, np.uint8), size / full, np.array([left, top], float)
 
 
+def _meet(boxes: Array, image: Image) -> NDArray[np.bool_]:
+    """Tell which boxes, (n, 4), have an area and share some of it with the image; a network may give any numbers."""
+    near, size = boxes[:, :2], boxes[:, 2:]
+    inside: NDArray[np.bool_] = (size > 0.0) & (near + size > 0.0) & (near < image.shape[1::-1])
+    return np.asarray(inside.all(axis=1), np.bool_)
+
+
 def forward(network: Any, square: Image, red_first: bool = True) -> list[Array]:
     """Return every output of a network for a square RGB image, whose values it takes from 0 to 1."""
     network.setInput(cv2.dnn.blobFromImage(square, 1.0 / 255.0, swapRB=not red_first))
     return list(network.forward(network.getUnconnectedOutLayersNames()))
+
+
+@contextmanager
+def quiet_opencv() -> Iterator[None]:
+    """Keep OpenCV from printing pages about an error that it raises anyway."""
+    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+
+
+def reason(error: cv2.error) -> str:
+    """Return what OpenCV complains about, in one line."""
+    return " ".join(str(error.err or error).split())[:160]

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from han_bullet.detection.network_detector import NetworkDetector, forward
+from han_bullet.detection.network_detector import NetworkDetector, forward, quiet_opencv, reason
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
@@ -83,17 +83,16 @@ def load_onnx(path: Path, threshold: float | None = None) -> NetworkDetector:
     Raises:
         BadInputError: The file is no ONNX network that OpenCV can run, or its output has an unknown layout.
     """
-    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # it would print pages
     try:
-        network = cv2.dnn.readNetFromONNX(np.frombuffer(path.read_bytes(), np.uint8))
-        side, outputs = _probe(network)
+        with quiet_opencv():
+            network = cv2.dnn.readNetFromONNX(np.frombuffer(path.read_bytes(), np.uint8))
+            side, outputs = _probe(network, SIDES)
+            kind = kind_of_output([output.shape for output in outputs], str(path))
+            if kind is FastestDet:  # an export without a fixed size takes any side
+                side, _ = _probe(network, (FastestDet.trained_side, side))
     except cv2.error as error:
-        reason = " ".join(str(error.err or error).split())[:160]
-        raise BadInputError(f"{path} is not an ONNX detector that OpenCV can run: {reason}") from error
-    finally:
-        cv2.utils.logging.setLogLevel(level)
-    kind = kind_of_output([output.shape for output in outputs], str(path))
-    return kind(network, FastestDet.trained_side if kind is FastestDet else side, threshold)
+        raise BadInputError(f"{path} is not an ONNX detector that OpenCV can run: {reason(error)}") from error
+    return kind(network, side, threshold)
 
 
 def kind_of_output(shapes: Sequence[tuple[int, ...]], name: str) -> type[NetworkDetector]:
@@ -115,9 +114,9 @@ def kind_of_output(shapes: Sequence[tuple[int, ...]], name: str) -> type[Network
     )
 
 
-def _probe(network: Any) -> tuple[int, list[Array]]:
+def _probe(network: Any, sides: Sequence[int]) -> tuple[int, list[Array]]:
     """Return the first input side that the network takes, and what it gives for an empty image of that size."""
-    for side in SIDES:
+    for side in sides:
         try:
             return side, forward(network, np.zeros((side, side, 3), np.uint8))
         except cv2.error as error:

@@ -18,7 +18,9 @@ Image = NDArray[np.uint8]
 """RGB, shape (height, width, 3)."""
 
 MOST_PIXELS = 36_000_000  # what a large photograph has; memory grows with it
-ENDINGS = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".webp", ".ppm"})
+# Pillow's names of the kinds that are read, whatever a file is called: another, such as EPS, would start a program.
+KINDS = ("PNG", "JPEG", "BMP", "WEBP", "PPM", "GIF", "TIFF")
+ENDINGS = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".webp", ".ppm", ".gif", ".tif", ".tiff"})
 
 
 def read_picture(path: Path) -> Image:
@@ -54,7 +56,7 @@ def check_picture(path: Path) -> None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PIL.Image.DecompressionBombWarning)  # the limit here is lower
-            with PIL.Image.open(path) as picture:
+            with PIL.Image.open(path, formats=KINDS) as picture:
                 width, height = picture.size
                 if width * height <= MOST_PIXELS:
                     picture.load()

@@ -16,6 +16,9 @@ from han_bullet.detection.pictures import Image
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
+Cells = NDArray[np.bool_]
+"""A truth value of each cell of an image, shape (height // CELL, width // CELL)."""
+
 # Images are compared as means over cells of this many pixels: a noise of 6 grey levels, the most that worlds draw,
 # leaves 6 / 4 = 1.5 in a cell, 2.1 in the difference of two.
 CELL = 4  # [px]
@@ -44,36 +47,43 @@ class StillScene:
         self._shape = image.shape
         self._cells = _cell_means(image)
 
-    def keep(self, image: Image, boxes: Array) -> NDArray[np.bool_]:
-        """Tell which boxes, shape (n, 4) [px], may hold a person; shape (n,)."""
-        part = self.changed_part(image, boxes)
-        repeated = intersection_over_union(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
-        return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
+    def changes(self, image: Image) -> Cells:
+        """Return which cells of an image differ from the empty scene, shape (height // CELL, width // CELL).
 
-    def may_hold(self, image: Image, smallest_area: float) -> bool:
-        """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
-        return bool(self._changed(image).sum() * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
-
-    def changed_part(self, image: Image, boxes: Array) -> Array:
-        """Return the part of each box, shape (n, 4) [px], whose pixels differ from the empty scene; shape (n,).
-
-        A box that reaches over the image's edge counts as unchanged out there.
+        Raises:
+            BadInputError: The image is not as large as that of the calibration.
         """
-        integral = cv2.integral(self._changed(image).astype(np.uint8))
-        rows, columns = integral.shape
-        x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T
-        left, right = (np.clip(np.round(x / CELL), 0, columns - 1).astype(int) for x in (x0, x0 + width))
-        top, bottom = (np.clip(np.round(y / CELL), 0, rows - 1).astype(int) for y in (y0, y0 + height))
-        count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]
-        part: Array = count * CELL**2 / (width * height)
-        return part
-
-    def _changed(self, image: Image) -> NDArray[np.bool_]:
         if image.shape != self._shape:
             raise BadInputError(f"image is {image.shape}, but the camera was calibrated with {self._shape}")
         red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
-        changed: NDArray[np.bool_] = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
+        changed: Cells = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
         return changed
+
+    def keep(self, changes: Cells, boxes: Array) -> NDArray[np.bool_]:
+        """Tell which boxes, shape (n, 4) [px], of the image with these changes may hold a person; shape (n,)."""
+        part = changed_part(changes, boxes)
+        repeated = intersection_over_union(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
+        return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
+
+
+def may_hold(changes: Cells, smallest_area: float) -> bool:
+    """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
+    return bool(changes.sum() * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
+
+
+def changed_part(changes: Cells, boxes: Array) -> Array:
+    """Return the part of each box, shape (n, 4) [px], whose pixels differ from the empty scene; shape (n,).
+
+    A box that reaches over the image's edge counts as unchanged out there.
+    """
+    integral = cv2.integral(changes.astype(np.uint8))
+    rows, columns = integral.shape
+    x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T
+    left, right = (np.clip(np.round(x / CELL), 0, columns - 1).astype(int) for x in (x0, x0 + width))
+    top, bottom = (np.clip(np.round(y / CELL), 0, rows - 1).astype(int) for y in (y0, y0 + height))
+    count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]
+    part: Array = count * CELL**2 / (width * height)
+    return part
 
 
 def _cell_means(image: Image) -> Image:
