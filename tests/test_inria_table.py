@@ -79,7 +79,7 @@ def test_a_fresh_model_gets_a_threshold_that_leaves_the_false_positives_allowed_
     assert chosen.score_threshold == 50.0  # that of bright bars; grey ones have less
     assert np.array_equal(chosen.leaves, load_acf_model(fresh).leaves)
     chosen.save(tmp_path / "chosen.npz")
-    assert load_detector(tmp_path / "chosen.npz", classifier=False).threshold == chosen.score_threshold
+    assert load_detector(tmp_path / "chosen.npz", classifier=None).threshold == chosen.score_threshold
     above = table(data, str(tmp_path / "chosen.npz"))[1]
     assert (above.threshold, above.evaluation.counts()) == (50.0, Counts(PICTURES, 0, 0))
 
