@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import math
 import time
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_s
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
-from han_bullet.provenance import git_commit, peak_memory, versions
+from han_bullet.provenance import git_commit, peak_memory, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
@@ -168,7 +167,7 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
     with_cameras = options.perception == "cameras"
     return {
         "world": world.name,
-        "world_sha256": hashlib.sha256(source.read_bytes()).hexdigest(),
+        "world_sha256": sha256(source),
         "seed": options.seed,
         "perception": options.perception,
         "localization": None,
