@@ -127,13 +127,28 @@ def test_bad_input_is_one_sentence_and_leaves_no_file(
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
 
 
-@pytest.mark.parametrize("name", ["folder.safetensors", "mine.npz", "mine", "mine.md", "mine.log"])
+def test_a_start_that_fails_leaves_no_empty_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "runs" / "train" / "acf.npz")
+    assert "does not exist" in complaint(capsys, "train", "acf", "--data", str(tmp_path / "nowhere"), "--out", out)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("folder.safetensors", "is a folder"),
+        ("mine.npz", "ends in '.npz'"),
+        ("mine", "has no ending"),
+        ("mine.md", "ends in '.md'"),
+        ("mine.log", "ends in '.log'"),
+    ],
+)
 def test_an_out_that_cannot_hold_the_weights_is_refused_by_name(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, what: str
 ) -> None:
     (tmp_path / "folder.safetensors").mkdir()
     message = complaint(capsys, *small(data, tmp_path / name))
-    assert f"{name}' is" in message and "a file for the weights, .safetensors, would be right" in message
+    assert f"{name}' {what}; " in message and "a file for the weights, .safetensors, would be right" in message
 
 
 def test_an_out_below_a_file_is_refused_by_name(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
