@@ -17,6 +17,7 @@ import numpy as np
 
 from benchmarks.provenance import provenance
 from han_bullet.detection.acf import AcfDetector, load_acf_model
+from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.channels import compute_channels
 from han_bullet.detection.colour import luv
 from han_bullet.detection.evaluation import Evaluation, LabelledImage, judge
@@ -39,11 +40,11 @@ Found = dict[str, tuple[Array, Array]]
 """Boxes and scores of each photograph by its name."""
 
 
-def channel_rows(reference: Path, name: str) -> list[tuple[str, float, float]]:
+def channel_rows(reference: Path, name: str, model: AcfModel) -> list[tuple[str, float, float]]:
     """Return each channel's mean difference at full scale and at the worst level, as shares of the channel's range."""
     expected = np.load(reference / f"{name}.npz")
     image = read_picture(reference / f"{name}.png")
-    settings = replace(load_acf_model().pyramid_settings, lambdas=tuple(expected["lambdas"]), rough=True)
+    settings = replace(model.pyramid_settings, lambdas=tuple(expected["lambdas"]))
     full = _share(compute_channels(luv(image, True), rough=True), expected["channels"])
     levels = build_pyramid(image, settings)
     assert len(levels) == len(expected["scales"])
@@ -142,9 +143,10 @@ def main() -> None:
     parser.add_argument("--reference", type=Path, required=True)
     options = parser.parse_args()
     print(f"### The ACF detector beside the original\n\n{provenance()}\n")
+    original = load_acf_model(options.data / "models" / "AcfInriaDetector.mat")
     for name in PICTURES:
         print(f"Mean absolute difference of the channels of {name}.png, as a share of each channel's range:\n")
-        rows = channel_rows(options.reference, name)
+        rows = channel_rows(options.reference, name, original)
         print(markdown_table(("channel", "at full scale", "at the worst level of the pyramid"), rows) + "\n")
     images = load_test_photographs(options.data)
     print(

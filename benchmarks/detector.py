@@ -44,7 +44,7 @@ PEERS = {"FastestDet": "FastestDet.onnx", "Yolo-Fastest-body": "yolo-fastest-1.1
 def detectors(data: Path | None) -> dict[str, Callable[[Image], object]]:
     """Return what is compared; the networks only where their files are."""
     ours = load_detector()
-    found = {"ours: ACF": load_detector(classifier=False).detect, "ours: ACF + CNN": ours.detect}
+    found = {"ours: ACF": load_detector(classifier=None).detect, "ours: ACF + CNN": ours.detect}
     found["OpenCV HOG"] = HogDetector().detect
     for name, file in PEERS.items():
         if data is not None and (data / "peers" / file).is_file():

@@ -22,6 +22,7 @@ import numpy as np
 from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import LoadedDetector, load_detector
+from han_bullet.detection.model_files import DEFAULT
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.messages import Frame, FrameDetections
@@ -39,14 +40,16 @@ class DetectorChoice:
     Attributes:
         name: As `load_detector` takes it.
         threshold: Least score; None takes the model's own.
+        classifier: The CNN, as `load_detector` takes it.
     """
 
-    name: str = "default"
+    name: str = DEFAULT
     threshold: float | None = None
+    classifier: str = DEFAULT
 
     def load(self) -> LoadedDetector:
         """Return the detector."""
-        return load_detector(self.name, threshold=self.threshold)
+        return load_detector(self.name, self.threshold, self.classifier)
 
 
 class CameraStation:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,24 @@ from han_bullet.detector_figures import FiguresRow
 from han_bullet.markdown import markdown_table
 from han_bullet.miss_rate_plot import Curve, draw_miss_rates
 from han_bullet.provenance import git_commit, processor, versions
+
+
+@dataclass(frozen=True)
+class WeightsFile:
+    """Where the weights of one stage come from.
+
+    Attributes:
+        part: "model", a first stage, or "classifier".
+        given: Name or path as it was given.
+        file: Path of the file; None for OpenCV's detector, which has none.
+        sha256: Its checksum.
+    """
+
+    part: str
+    given: str
+    file: str | None
+    sha256: str | None
+
 
 COLUMNS: Mapping[str, Callable[[FiguresRow], str]] = {
     "images": lambda row: row.images,
@@ -37,13 +55,14 @@ RENDERED = (
     *("images", "detector", "model", "rule", "proposals", "found", "kept", "first ms", "CNN ms", "fps"),
     *("miss rate", "recall", "FPPI"),
 )
-LEGEND = (
+MEASURES = (
     "miss rate: log-average over nine rates of false positives per image from 0.01 to 1; "
     "fps: images per second through the stages, one thread, files already read"
 )
+LEGEND = f"{MEASURES}; lines with a threshold that was chosen on the same photographs are no independent test of it"
 RENDERED_LEGEND = (
     "found: proposals per image; kept: those of them that the rule keeps; first ms: time of the first stage; "
-    f"FPPI: false positives per image; {LEGEND}"
+    f"FPPI: false positives per image; {MEASURES}"
 )
 
 
@@ -52,7 +71,13 @@ def cells(rows: Sequence[FiguresRow], headings: Sequence[str]) -> list[list[str]
     return [[COLUMNS[heading](row) for heading in headings] for row in rows]
 
 
-def write_report(folder: Path, rows: Sequence[FiguresRow], headings: Sequence[str], notes: Mapping[str, str]) -> None:
+def write_report(
+    folder: Path,
+    rows: Sequence[FiguresRow],
+    headings: Sequence[str],
+    notes: Mapping[str, str],
+    weights: Sequence[WeightsFile],
+) -> None:
     """Write evaluation.json, evaluation.md and a picture of curves for each set of images, miss_rate_<images>.png.
 
     Args:
@@ -60,10 +85,14 @@ def write_report(folder: Path, rows: Sequence[FiguresRow], headings: Sequence[st
         rows: The table.
         headings: Columns of evaluation.md; evaluation.json has all.
         notes: What the figures mean and what was looked at.
+        weights: Of all models and of the classifier.
     """
     sources = {**notes, "git_commit": git_commit(), "processor": processor()}
     libraries = versions()
-    write_json(folder / "evaluation.json", {"rows": [_document(r) for r in rows], **sources, "versions": libraries})
+    files = [asdict(file) for file in weights]
+    document = {"rows": [_document(row) for row in rows], **sources, "weights": files, "versions": libraries}
+    write_json(folder / "evaluation.json", document)
+    sources |= {f"{file.part} {file.given}": f"sha256 {file.sha256}" for file in weights if file.sha256}
     sources["versions"] = ", ".join(f"{name} {version}" for name, version in libraries.items())
     lines = "\n".join(f"- {name}: {value}" for name, value in sources.items())
     text = f"# Evaluation\n\n{markdown_table(headings, cells(rows, headings))}\n\n{lines}\n"

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.acf_model import AcfModel
 from han_bullet.detection.evaluation import LabelledImage, evaluate
-from han_bullet.detection.inria import load_test_photographs
 from han_bullet.detection.pictures import Image, read_picture
 from han_bullet.detection.stages import Stages
 from han_bullet.detection.threads import use_one_thread
@@ -21,18 +19,19 @@ Report = Callable[[int], None]
 """Called after each photograph with how many are done."""
 
 
-def choose_threshold(data: Path, model: str) -> AcfModel:
+def choose_threshold(images: Sequence[LabelledImage], model: str, report: Report = lambda done: None) -> AcfModel:
     """Return an ACF model with the score threshold that leaves FALSE_POSITIVES_PER_IMAGE on the test photographs.
 
     Args:
-        data: Folder with the photographs, as `load_test_photographs` takes it.
+        images: At least one, with at least one person among them.
         model: As `load_acf_model` takes it; it may have a threshold or none, as a freshly trained one.
+        report: Called after each photograph with how many are done.
 
     Raises:
-        BadInputError: The data or the model cannot be used, or even its best detections leave more false positives.
+        BadInputError: They or the model cannot be used, or even its best detections leave more false positives.
     """
     proposer = AcfDetector(load_acf_model(model))
-    result = evaluate(load_test_photographs(data), proposer.detect)
+    result = evaluate(images, proposer.detect, report)
     return proposer.model.with_score_threshold(result.threshold_at_fppi(FALSE_POSITIVES_PER_IMAGE))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import math
 import time
 from collections.abc import Sequence
@@ -19,11 +18,11 @@ from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, has_one_stage, model_name
+from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric, Metrics
-from han_bullet.provenance import git_commit, peak_memory, versions
+from han_bullet.provenance import git_commit, peak_memory, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
@@ -168,7 +167,7 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
     with_cameras = options.perception == "cameras"
     return {
         "world": world.name,
-        "world_sha256": hashlib.sha256(source.read_bytes()).hexdigest(),
+        "world_sha256": sha256(source),
         "seed": options.seed,
         "perception": options.perception,
         "localization": None,
@@ -200,11 +199,11 @@ def _open_cameras(
         closing.callback(station.frames.close)
         return station.frames, station.detector, {"class": type(own).__name__}
     choice = options.detector
-    if choice == DetectorChoice():  # a world's threshold is meant for the shipped model's scores
+    if (choice.name, choice.threshold) == (DEFAULT, None):  # a world's threshold is for the shipped model
         choice = replace(choice, threshold=world.score_threshold)
     description = {
         "proposer": model_name(choice.name),
-        "classifier": None if has_one_stage(choice.name) else DEFAULT_CLASSIFIER,
+        "classifier": None if has_one_stage(choice.name) else classifier_file(choice.classifier).stem,
     }
     count = _worker_count(world, options, own)
     if count == 0:

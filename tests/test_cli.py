@@ -7,8 +7,10 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from little_samples import small_network
 
 from han_bullet.cli import main
+from han_bullet.detection.cnn import save_network
 from han_bullet.world_file import find_world, json_schema
 
 
@@ -77,6 +79,29 @@ def test_an_unknown_layer_is_named_with_those_there_are(capsys: pytest.CaptureFi
 
 def test_an_unknown_camera_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert "camera9" in complaint(capsys, "run", "real2", "--cameras", "camera9")
+
+
+def test_a_classifier_of_ones_own_is_used_and_named_in_the_result(tmp_path: Path) -> None:
+    mine, out = tmp_path / "mine.safetensors", tmp_path / "run"
+    save_network(small_network(), mine)
+    path = short_world(tmp_path, duration=0.2)
+    arguments = ["run", str(path), "--cameras", "onboard", "--no-video", "--out", str(out)]
+    described = {}
+    for classifier in ("default", str(mine)):
+        assert main([*arguments, "--classifier", classifier]) == 0
+        described[classifier] = json.loads((out / "result.json").read_text())["detector"]
+    assert [described[name]["classifier"] for name in ("default", str(mine))] == ["cnn_inria", "mine"]
+    assert described["default"]["threshold"] == described[str(mine)]["threshold"]  # the world's, for ACF's scores
+
+
+def test_a_classifier_that_does_not_exist_or_has_no_use_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for command in (["run", "real2", "--no-video", "--detector"], ["detect", "x.png", "--model"]):
+        out = ["--out", str(tmp_path / "out")]
+        assert "cnn_nowhere" in complaint(capsys, *command, "default", "--classifier", "cnn_nowhere", *out)
+        assert "one stage" in complaint(capsys, *command, "hog", "--classifier", "cnn_inria", *out)
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_unknown_detector_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:

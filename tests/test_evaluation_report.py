@@ -9,7 +9,7 @@ import pytest
 
 from han_bullet.detection.evaluation import Evaluation
 from han_bullet.detector_figures import FiguresRow
-from han_bullet.evaluation_report import COLUMNS, PHOTOGRAPHS, RENDERED, cells, write_report
+from han_bullet.evaluation_report import COLUMNS, PHOTOGRAPHS, RENDERED, WeightsFile, cells, write_report
 
 # 100 images; the k-th false positive comes after k of 150 people.
 EVALUATION = Evaluation(np.arange(300.0)[::-1], np.tile([True, False], 150), images=100, people=150)
@@ -18,6 +18,9 @@ ROWS = [
     FiguresRow("INRIA", "ACF", "acf_inria", "-", None, EVALUATION, 3.0, 3.0, 0.025, 0.0),
     FiguresRow("INRIA", "ACF + CNN", "acf_inria", "paper rule", 150.0, ABOVE, 1.625, 1.5, 0.025, 0.015),
 ]
+
+
+WEIGHTS = [WeightsFile("model", "mine", "mine.npz", "ab12"), WeightsFile("model", "hog", None, None)]
 
 
 def test_a_line_shows_which_proposals_count_what_was_found_and_how_fast() -> None:
@@ -33,7 +36,7 @@ def test_every_column_of_the_tables_exists() -> None:
 
 
 def test_the_files_hold_the_table_the_notes_and_where_the_figures_come_from(tmp_path: Path) -> None:
-    write_report(tmp_path, ROWS, PHOTOGRAPHS, {"images": "100 made-up photographs"})
+    write_report(tmp_path, ROWS, PHOTOGRAPHS, {"images": "100 made-up photographs"}, WEIGHTS)
     document = json.loads((tmp_path / "evaluation.json").read_text())
     first, second = document["rows"]
     assert (first["true_positives"], second["true_positives"]) == (150, 75)
@@ -44,13 +47,17 @@ def test_the_files_hold_the_table_the_notes_and_where_the_figures_come_from(tmp_
     assert first["reference_miss_rates"][::4] == pytest.approx([1 - 2 / 150, 1 - 11 / 150, 1 - 101 / 150])
     assert document["images"] == "100 made-up photographs"
     assert {"git_commit", "processor", "versions"} <= set(document)
+    assert document["weights"][0] == {"part": "model", "given": "mine", "file": "mine.npz", "sha256": "ab12"}
+    assert [file["given"] for file in document["weights"]] == ["mine", "hog"]
     lines = (tmp_path / "evaluation.md").read_text().splitlines()
     assert [line.count("|") for line in lines[2:6]] == [10, 10, 10, 10]
     assert "- images: 100 made-up photographs" in lines
+    assert "- model mine: sha256 ab12" in lines
+    assert not [line for line in lines if "hog" in line]  # it has no file
 
 
 def test_the_curves_of_each_set_of_images_are_drawn(tmp_path: Path) -> None:
-    write_report(tmp_path, ROWS, PHOTOGRAPHS, {})
+    write_report(tmp_path, ROWS, PHOTOGRAPHS, {}, [])
     (file,) = tmp_path.glob("*.png")
     picture = cv2.imread(str(file))
     assert (file.name, picture.shape) == ("miss_rate_INRIA.png", (720, 960, 3))

@@ -99,8 +99,17 @@ def test_trees_are_completed_by_repeating_the_leaf_above(tmp_path: Path) -> None
 def test_the_calibration_is_that_of_the_demo_unless_another_is_given(tmp_path: Path) -> None:
     path = write(tmp_path / "detector.mat", toolbox_detector())
     assert load_toolbox_model(path).leaves[0] == pytest.approx([9.01, 12.01, 15.01, 18.01])
+
+
+def test_the_threshold_of_the_paper_is_for_models_like_the_toolbox_s_inria_model_alone(tmp_path: Path) -> None:
+    inria = toolbox_detector()
+    inria["clf"] = {name: np.tile(values[:, :1], 2048) for name, values in inria["clf"].items()}
+    path = write(tmp_path / "inria.mat", inria)
     assert load_toolbox_model(path).score_threshold == 40.0
-    assert load_toolbox_model(path, 0.05).score_threshold == pytest.approx(40.0 + 3 * 0.04)
+    assert load_toolbox_model(path, 0.05).score_threshold == pytest.approx(40.0 + 2048 * 0.04)
+    inria["opts"]["modelDs"] = np.array([[50, 20]])
+    assert load_toolbox_model(write(tmp_path / "low.mat", inria)).score_threshold == -math.inf
+    assert load_toolbox_model(write(tmp_path / "few.mat", toolbox_detector())).score_threshold == -math.inf
 
 
 def test_filters_come_with_smaller_cells_and_no_calibration(tmp_path: Path) -> None:

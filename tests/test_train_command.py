@@ -98,14 +98,15 @@ def test_a_cascade_is_trained_and_its_stages_stand_beside_it(
         (["train"], "STAGE"),
         (["train", "cnn"], "--data"),
         (["train", "cnn", "--data", "nowhere", "--network", "small"], "'nowhere' does not exist"),
+        (["train", "cnn", "--data", "nowhere"], "'nowhere' does not exist"),
         (["train", "acf", "--data", "nowhere"], "'nowhere' does not exist"),
         (["train", "cnn", "--data", "{empty}", "--network", "small"], "neither inria/ nor INRIAPerson/"),
         (["train", "acf", "--data", "{empty}"], "neither inria/ nor INRIAPerson/"),
-        (["train", "cnn", "--data", "{data}"], "compressed_SqueezeNet.net is not a deep-compressed SqueezeNet"),
+        (["train", "cnn", "--data", "{data}"], "compressed_SqueezeNet.net is missing"),
         (["train", "cnn", "--data", "{data}", "--network", "resnet"], "resnet"),
         (["train", "cnn", "--data", "{data}", "--acf", "acf_nowhere"], "acf_nowhere"),
         (["train", "cnn", "--data", "{data}", "--network", "small", "--weights", "x.pth"], "x.pth is of no use to it"),
-        (["train", "cnn", "--data", "{data}", "--network", "vgg-d", "--weights", "x.pth"], "x.pth cannot be read"),
+        (["train", "cnn", "--data", "{data}", "--network", "vgg-d", "--weights", "x.pth"], "x.pth is missing"),
         (["train", "cnn", "--data", "{data}", "--epochs", "0"], "'0' is not a whole number of at least 1"),
         (["train", "cnn", "--data", "{data}", "--learning-rate", "0"], "learning rate 0.0"),
         (["train", "cnn", "--data", "{data}", "--learning-rate", "nan"], "learning rate nan"),
@@ -126,13 +127,28 @@ def test_bad_input_is_one_sentence_and_leaves_no_file(
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
 
 
-@pytest.mark.parametrize("name", ["folder.safetensors", "mine.npz", "mine", "mine.md", "mine.log"])
+def test_a_start_that_fails_leaves_no_empty_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(tmp_path / "runs" / "train" / "acf.npz")
+    assert "does not exist" in complaint(capsys, "train", "acf", "--data", str(tmp_path / "nowhere"), "--out", out)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("folder.safetensors", "is a folder"),
+        ("mine.npz", "ends in '.npz'"),
+        ("mine", "has no ending"),
+        ("mine.md", "ends in '.md'"),
+        ("mine.log", "ends in '.log'"),
+    ],
+)
 def test_an_out_that_cannot_hold_the_weights_is_refused_by_name(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, what: str
 ) -> None:
     (tmp_path / "folder.safetensors").mkdir()
     message = complaint(capsys, *small(data, tmp_path / name))
-    assert f"{name}' is" in message and "a file for the weights, .safetensors, would be right" in message
+    assert f"{name}' {what}; " in message and "a file for the weights, .safetensors, would be right" in message
 
 
 def test_an_out_below_a_file_is_refused_by_name(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

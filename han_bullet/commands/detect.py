@@ -22,6 +22,7 @@ EXAMPLES = """\
   han-bullet detect photo.jpg
   han-bullet detect photos/ clip.mp4 --threshold 60 --out boxes/
   han-bullet detect clip.mp4 --model FastestDet.onnx
+  han-bullet detect photo.jpg --classifier my_cnn.safetensors
   han-bullet detect photo.jpg --model hog       # OpenCV's, to compare with
   han-bullet detect 0 --show                    # the first camera, until Ctrl-C
 people lower than 100 px are not found by the ACF models; enlarge such pictures.
@@ -39,6 +40,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option = parser.add_argument
     add_option("paths", nargs="+", type=Path, metavar="PATH", help="picture, video, folder of these, or camera number")
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped one, hog, .npz, .mat, .onnx or .cfg")
+    add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--out", type=Path, default=Path("runs/detect"), metavar="DIR", help="folder of the results")
     add_option("--show", action="store_true", help="also show the annotated images in a window")
@@ -53,7 +55,7 @@ def _detect(options: argparse.Namespace, console: Console) -> int:
 
     window = Window("han-bullet detect") if options.show else None
     use_one_thread()
-    detector = load_detector(options.model, threshold=options.threshold)
+    detector = load_detector(options.model, options.threshold, options.classifier)
     complaints = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
     def complain(message: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.progress import Progress
@@ -16,7 +16,9 @@ from han_bullet.errors import BadInputError
 
 if TYPE_CHECKING:
     from han_bullet.detector_figures import FiguresRow
+    from han_bullet.evaluation_report import WeightsFile
 
+Result = TypeVar("Result")
 FRAMES = 500  # of each rendered sequence
 
 
@@ -35,7 +37,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option = parser.add_argument
     add_option("--data", type=Path, metavar="DIR", help="folder of the photographs, with inria/ or INRIAPerson/ in it")
     add_option("--rendered", action="store_true", help="instead: a ceiling camera's and the robot's rendered sequence")
-    add_option("--frames", type=positive, default=FRAMES, help=f"of each rendered sequence (default {FRAMES})")
+    add_option("--frames", type=positive, metavar="N", help=f"of each rendered sequence (default {FRAMES})")
     add_option(
         "--model", default="default", metavar="NAME|FILE", help="a shipped ACF model, hog, or a file, as of detect"
     )
@@ -53,8 +55,8 @@ def add(commands: Commands[Parser]) -> None:
 def _evaluate(options: argparse.Namespace, console: Console) -> int:
     if (options.data is None) != options.rendered:
         raise BadInputError("evaluate needs either --data DIR with photographs or --rendered; see evaluate --help")
-    if options.choose_threshold and options.rendered:
-        raise BadInputError("--choose-threshold is for photographs: --data DIR instead of --rendered")
+    if options.frames and not options.rendered:
+        raise BadInputError("--frames is for --rendered; of photographs, all are looked at")
     if options.choose_threshold:
         _choose_threshold(options, console)
     elif options.rendered:
@@ -65,14 +67,29 @@ def _evaluate(options: argparse.Namespace, console: Console) -> int:
 
 
 def _choose_threshold(options: argparse.Namespace, console: Console) -> None:
+    from han_bullet.detection.inria import load_test_photographs
     from han_bullet.inria_table import choose_threshold
 
-    model = choose_threshold(options.data, options.model)
+    _check_choice(options)
+    images = load_test_photographs(options.data)
+    model = _with_bar(len(images), console, lambda report: choose_threshold(images, options.model, report))
     console.print(f"score threshold {model.score_threshold:.2f}")
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         model.save(options.out / "acf.npz")
         console.print(f"model in {options.out / 'acf.npz'}", soft_wrap=True)
+
+
+def _check_choice(options: argparse.Namespace) -> None:
+    """Refuse what the choice of a threshold would not look at."""
+    from han_bullet.detection.model_files import has_one_stage
+
+    if options.rendered:
+        raise BadInputError("--choose-threshold is for photographs: --data DIR instead of --rendered")
+    if options.compare or options.classifier != "default":
+        raise BadInputError("--choose-threshold looks at --model alone, without --compare and --classifier")
+    if has_one_stage(options.model):
+        raise BadInputError(f"model is {options.model!r}; only ACF models have a threshold to choose")
 
 
 def _photographs(options: argparse.Namespace, console: Console) -> None:
@@ -84,8 +101,8 @@ def _photographs(options: argparse.Namespace, console: Console) -> None:
     images = load_test_photographs(options.data)
     detectors = load_stages([options.model, *options.compare], options.classifier)
     rows = _with_bar(len(images), console, lambda report: evaluate_photographs(images, detectors, report))
-    notes = {"figures": LEGEND, "images": photographs_note(options.data, images), "classifier": options.classifier}
-    _show(rows, PHOTOGRAPHS, notes, options.out, console)
+    notes = {"figures": LEGEND, "images": photographs_note(options.data, images)}
+    _show(rows, PHOTOGRAPHS, notes, options, console)
 
 
 def _rendered(options: argparse.Namespace, console: Console) -> None:
@@ -94,16 +111,15 @@ def _rendered(options: argparse.Namespace, console: Console) -> None:
     from han_bullet.rendered_table import SEQUENCES, evaluate_rendered
 
     detectors = load_stages([options.model, *options.compare], options.classifier)
-    total = len(SEQUENCES) * options.frames
-    rows = _with_bar(total, console, lambda report: evaluate_rendered(options.frames, detectors, report))
-    note = f"{options.frames} rendered frames of each sequence; people cut, hidden, small or seen steeply are ignored"
-    notes = {"figures": RENDERED_LEGEND, "images": note, "classifier": options.classifier}
-    _show(rows, RENDERED, notes, options.out, console)
+    frames = options.frames or FRAMES
+    total = len(SEQUENCES) * frames
+    rows = _with_bar(total, console, lambda report: evaluate_rendered(frames, detectors, report))
+    note = f"{frames} rendered frames of each sequence; people cut, hidden, small or seen steeply are ignored"
+    notes = {"figures": RENDERED_LEGEND, "images": note}
+    _show(rows, RENDERED, notes, options, console)
 
 
-def _with_bar(
-    total: int, console: Console, work: Callable[[Callable[[int], None]], list[FiguresRow]]
-) -> list[FiguresRow]:
+def _with_bar(total: int, console: Console, work: Callable[[Callable[[int], None]], Result]) -> Result:
     """Do work that reports how many images are done."""
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("evaluate", total=total)
@@ -111,17 +127,35 @@ def _with_bar(
 
 
 def _show(
-    rows: Sequence[FiguresRow], headings: Sequence[str], notes: Mapping[str, str], out: Path | None, console: Console
+    rows: Sequence[FiguresRow],
+    headings: Sequence[str],
+    notes: Mapping[str, str],
+    options: argparse.Namespace,
+    console: Console,
 ) -> None:
     from han_bullet.evaluation_report import write_report
 
     for name in dict.fromkeys(row.images for row in rows):
         console.print(_table([row for row in rows if row.images == name], headings))
     console.print(f"\n{notes['figures']}\n{notes['images']}", soft_wrap=True)
-    if out:
-        out.mkdir(parents=True, exist_ok=True)
-        write_report(out, rows, headings, notes)
-        console.print(f"figures in {out}/", soft_wrap=True)
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+        write_report(options.out, rows, headings, notes, _weights_files(options))
+        console.print(f"figures in {options.out}/", soft_wrap=True)
+
+
+def _weights_files(options: argparse.Namespace) -> list[WeightsFile]:
+    """Return which weights the figures are of."""
+    from han_bullet.detection.model_files import classifier_file, is_hog, proposer_file
+    from han_bullet.evaluation_report import WeightsFile
+    from han_bullet.provenance import sha256
+
+    files = []
+    for model in (options.model, *options.compare):
+        file = None if is_hog(model) else proposer_file(model)
+        files.append(WeightsFile("model", model, str(file) if file else None, sha256(file) if file else None))
+    classifier = classifier_file(options.classifier)
+    return [*files, WeightsFile("classifier", options.classifier, str(classifier), sha256(classifier))]
 
 
 def _table(rows: Sequence[FiguresRow], headings: Sequence[str]) -> Table:

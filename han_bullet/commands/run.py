@@ -42,6 +42,7 @@ def add(commands: Commands[Parser]) -> None:
         metavar="NAME|FILE",
         help="a shipped model, hog, or a file (.npz, .mat, .onnx, .cfg)",
     )
+    add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
@@ -65,7 +66,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         perception=options.perception,
         cameras=options.cameras,
         association=options.association,
-        detector=DetectorChoice(options.detector, options.threshold),
+        detector=DetectorChoice(options.detector, options.threshold, options.classifier),
         without=options.without,
         pass_side=options.pass_side,
         workers=options.workers,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,8 +91,8 @@ def _add_common(parser: Parser, stage: str) -> None:
     def weights(text: str) -> Path:
         path = Path(text)
         if path.is_dir() or path.suffix != ending:
-            what = "a folder" if path.is_dir() else "no such file"
-            raise argparse.ArgumentTypeError(f"{text!r} is {what}; a file for the weights, {ending}, would be right")
+            what = "is a folder" if path.is_dir() else f"ends in {path.suffix!r}" if path.suffix else "has no ending"
+            raise argparse.ArgumentTypeError(f"{text!r} {what}; a file for the weights, {ending}, would be right")
         return path
 
     add = parser.add_argument
@@ -143,8 +144,8 @@ def _run(stage: str, options: argparse.Namespace, console: Console, train: Calla
 
     from han_bullet.model_card import TrainingLog, write_model_card
 
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     with (
+        _folder(options.out.parent),
         TrainingLog(options.out.with_suffix(".log"), getattr(options, "resume", False)) as log,
         Progress(*Progress.get_default_columns(), TimeElapsedColumn(), console=console) as bar,
     ):
@@ -166,6 +167,19 @@ def _run(stage: str, options: argparse.Namespace, console: Console, train: Calla
     card = write_model_card(options.out, f"train {stage}", measuring, options.seed, options.data, log)
     console.print(f"weights in {options.out}, their card in {card}, the log in {log.path}", soft_wrap=True)
     return 0
+
+
+@contextmanager
+def _folder(folder: Path) -> Iterator[None]:
+    """Make a folder and those above it; take away again what was made if nothing has been written in the end."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        for place in made:
+            if not any(place.iterdir()):
+                place.rmdir()
 
 
 def _written_at(path: Path) -> int:

@@ -21,7 +21,7 @@ class Stages:
 
     Attributes:
         kind: Of the first stage, such as "ACF".
-        model: Of the first stage, by name.
+        model: Of the first stage: its name, or what was given where names repeat.
         propose: The first stage, without a threshold.
         threshold: Least score of a proposal that it recommends; None if it has none.
         classifier: The second stage; None for a detector without one.
@@ -51,15 +51,17 @@ def load_stages(models: Sequence[str], classifier: str) -> list[Stages]:
         BadInputError: One of them cannot be used.
     """
     second = load_classifier(classifier)
-    return [_stages(model, second) for model in models]
+    names = [model_name(model) for model in models]
+    shown = [model if names.count(name) > 1 else name for model, name in zip(models, names, strict=True)]
+    return [_stages(model, name, second) for model, name in zip(models, shown, strict=True)]
 
 
-def _stages(name_or_path: str, classifier: Classifier) -> Stages:
+def _stages(name_or_path: str, name: str, classifier: Classifier) -> Stages:
     if is_hog(name_or_path):
         return Stages("HOG", "OpenCV", load_detector(HOG, LEAST_HOG_SCORE).detect)
     if is_network(name_or_path):
         network = load_detector(name_or_path, LEAST_NETWORK_PROBABILITY)
-        return Stages("network", model_name(name_or_path), network.detect)
+        return Stages("network", name, network.detect)
     model = load_acf_model(name_or_path)
     threshold = model.score_threshold if math.isfinite(model.score_threshold) else None
-    return Stages("ACF", model_name(name_or_path), AcfDetector(model).detect, threshold, classifier)
+    return Stages("ACF", name, AcfDetector(model).detect, threshold, classifier)

@@ -6,6 +6,7 @@ These are plain ACF detectors [Dollar2014] and such with filters, LDCF [Nam2014]
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from han_bullet.geometry import Array
 
 DEMO_CALIBRATION = 0.01  # what the toolbox's INRIA demo adds to every leaf of ACF; scores rise by this for each tree
 PAPER_THRESHOLD = 40.0  # on the score of the toolbox's INRIA model, with that calibration [Mateus2019]
+INRIA_TREES, INRIA_PERSON = 2048, (100, 41)  # of that model; height and width [px]
 MOST_TREES = 2**16
 
 # What of the toolbox's options this detector computes, and nothing else.
@@ -50,7 +52,8 @@ _COMPUTED: dict[str, float | str] = {
 def load_toolbox_model(path: Path, calibration: float | None = None) -> AcfModel:
     """Read a detector from the toolbox's .mat file.
 
-    The file holds no score threshold; one without filters gets the paper's, one with filters none.
+    The file holds no score threshold. The INRIA model's kind (no filters, 2048 trees, a person of 100 x 41 px) gets the
+    paper's, every other none, -inf.
 
     Args:
         path: Such as AcfInriaDetector.mat or LdcfInriaDetector.mat.
@@ -93,7 +96,7 @@ def _convert(classifier: Value, options: Value, calibration: float | None) -> Ac
         window_height=window[0],
         window_width=window[1],
         cascade_threshold=float(_numbers(options, "cascThr", 1)[0]),
-        score_threshold=_score_threshold(filters, len(leaves), calibration),
+        score_threshold=_score_threshold(filters, len(leaves), person, calibration),
         cell=cell,
         padding_height=padding[0],
         padding_width=padding[1],
@@ -102,9 +105,11 @@ def _convert(classifier: Value, options: Value, calibration: float | None) -> Ac
     )
 
 
-def _score_threshold(filters: Floats | None, trees: int, calibration: float) -> float:
-    """Return the paper's threshold, which moves with the calibration that each tree adds; -inf with filters."""
-    return PAPER_THRESHOLD + trees * (calibration - DEMO_CALIBRATION) if filters is None else -math.inf
+def _score_threshold(filters: Floats | None, trees: int, person: Sequence[int], calibration: float) -> float:
+    """Return the paper's threshold, which moves with the calibration that each tree adds; -inf for other models."""
+    if filters is not None or (trees, tuple(person)) != (INRIA_TREES, INRIA_PERSON):
+        return -math.inf
+    return PAPER_THRESHOLD + trees * (calibration - DEMO_CALIBRATION)
 
 
 def _check_options(options: Value) -> None:

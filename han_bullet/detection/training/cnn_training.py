@@ -14,6 +14,7 @@ from torch import nn
 
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.cnn import NETWORKS, Classifier, as_batch, load_network, save_network
+from han_bullet.detection.inria import train_people
 from han_bullet.detection.network import FULLY_CONNECTED_DEVIATION, CropNetwork
 from han_bullet.detection.training.augmentation import augment, centre
 from han_bullet.detection.training.checkpoint import Checkpoint, require_checkpoint
@@ -82,6 +83,7 @@ def train_cnn(data: Path, acf: AcfDetector, out: Path, recipe: Recipe, options: 
     """
     if options.resume:
         require_checkpoint(out)
+    train_people(data)  # a folder of no use is told before weights that should lie in it
     generator = np.random.default_rng(options.seed)
     with torch.random.fork_rng():
         torch.manual_seed(options.seed)
@@ -144,7 +146,11 @@ def learning_rate(step: int, steps: int, recipe: Recipe) -> float:
 
 
 def _initial_weights(options: CnnTraining, data: Path) -> Path | None:
-    return data / IMAGENET_FILE if options.network == "squeezenet" and options.weights is None else options.weights
+    """Return the file of the weights from which training starts; None draws them at random."""
+    weights = data / IMAGENET_FILE if options.network == "squeezenet" and options.weights is None else options.weights
+    if weights is not None and options.network != "small" and not weights.is_file():
+        raise BadInputError(f"file of the initial weights {weights} is missing; --weights FILE gives another")
+    return weights
 
 
 def _settings(network: CropNetwork, samples: Samples, recipe: Recipe, options: CnnTraining) -> str:
