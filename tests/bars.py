@@ -44,7 +44,8 @@ class RedNetwork(CropNetwork):
 
     def forward(self, crops: torch.Tensor) -> torch.Tensor:
         middle = crops[:, :, 28:36, 28:36].mean(dim=(2, 3))
-        return torch.stack([torch.zeros(len(crops)), (middle[:, 0] - middle[:, 2]) / 20.0], dim=1)
+        redness = (middle[:, 0] - middle[:, 2]) / 20.0
+        return torch.stack([torch.zeros_like(redness), redness], dim=1)
 
 
 def image(*bars: tuple[int, tuple[int, int, int]]) -> np.ndarray:
