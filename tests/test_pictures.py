@@ -29,7 +29,7 @@ def bars() -> np.ndarray:
 @pytest.fixture(autouse=True)
 def without_cnn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bars are no pedestrians: let the second stage keep everything."""
-    monkeypatch.setattr("han_bullet.detection.cnn.load_classifier", lambda: None)
+    monkeypatch.setattr("han_bullet.detection.cnn.load_classifier", lambda name: None)
 
 
 def detect(paths: Sequence[Path | str], out: Path, model: Path) -> int:

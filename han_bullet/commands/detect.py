@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from han_bullet.commands.parsing import Commands, Parser, command
+from han_bullet.commands.parsing import Commands, Parser, command, output_folder
 from han_bullet.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from han_bullet.image_sources import ImageSource
     from han_bullet.window import Window
 
+# OpenCV and its FFmpeg write lines of their own beside our sentence; they read these when cv2 is loaded.
+QUIET = {"OPENCV_LOG_LEVEL": "SILENT", "OPENCV_FFMPEG_LOGLEVEL": "-8"}
 EXAMPLES = """\
   han-bullet detect photo.jpg
   han-bullet detect photos/ clip.mp4 --threshold 60 --out boxes/
@@ -26,7 +29,7 @@ EXAMPLES = """\
   han-bullet detect photo.jpg --model hog       # OpenCV's, to compare with
   han-bullet detect 0 --show                    # the first camera, until Ctrl-C
 people lower than 100 px are not found by the ACF models; enlarge such pictures.
-detections.csv names a video's frames clip.mp4#000123, counted from 0."""
+detections.csv names a video's frames by the path as given: videos/clip.mp4#000123, counted from 0."""
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -42,12 +45,14 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--model", default="default", metavar="NAME|FILE", help="a shipped one, hog, .npz, .mat, .onnx or .cfg")
     add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
-    add_option("--out", type=Path, default=Path("runs/detect"), metavar="DIR", help="folder of the results")
+    add_option("--out", type=output_folder, default=Path("runs/detect"), metavar="DIR", help="folder of the results")
     add_option("--show", action="store_true", help="also show the annotated images in a window")
     parser.set_defaults(handler=_detect)
 
 
 def _detect(options: argparse.Namespace, console: Console) -> int:
+    for name, level in QUIET.items():
+        os.environ.setdefault(name, level)
     from han_bullet.detection.loading import load_detector
     from han_bullet.detection.threads import use_one_thread
     from han_bullet.pictures import detect_sources
@@ -75,12 +80,14 @@ def _detect(options: argparse.Namespace, console: Console) -> int:
 
 def _find(paths: Sequence[Path], complain: Callable[[str], None]) -> list[ImageSource]:
     """Return what the paths name; complain of those that name nothing."""
+    from han_bullet.commands.watched_camera import WatchedCamera
     from han_bullet.image_sources import find_sources
 
     sources: list[ImageSource] = []
     for path in paths:
         try:
-            sources += find_sources(path)
+            camera = str(path).isdigit() and not path.exists()
+            sources += [WatchedCamera(int(str(path)))] if camera else find_sources(path)
         except BadInputError as error:
             complain(str(error))
         except OSError as error:
@@ -94,7 +101,8 @@ def _watcher(
     """Return what shows each image that was looked at, in the bar and in the window."""
     from han_bullet.image_sources import Video
 
-    task = bar.add_task("detect", rate="", total=len(sources) if len(sources) > 1 else None)
+    pictures = not any(isinstance(source, Video) for source in sources)  # how many frames a video has is seen later
+    task = bar.add_task("detect", rate="", total=len(sources) if pictures and len(sources) > 1 else None)
 
     def look(source: ImageSource, picture: Image) -> None:
         total = source.length if len(sources) == 1 and isinstance(source, Video) else bar.tasks[0].total
