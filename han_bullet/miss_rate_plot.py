@@ -46,7 +46,7 @@ def draw_miss_rates(path: Path, curves: Sequence[Curve]) -> None:
         path: File to write, .png.
         curves: In any order; the best comes first in the legend.
     """
-    figure = Figure(figsize=(8.0, 6.0), layout="constrained")
+    figure = Figure(figsize=(8.0, 7.5), layout="constrained")
     axes = figure.add_subplot()
     best_first = sorted(curves, key=lambda curve: curve.evaluation.log_average_miss_rate())
     reached = min(float(curve.evaluation.reference_miss_rates().min()) for curve in curves)
@@ -60,7 +60,7 @@ def draw_miss_rates(path: Path, curves: Sequence[Curve]) -> None:
     axes.set(xlim=RATES, ylim=(lowest, 1.0))
     axes.grid(color="0.85")
     axes.set(xlabel="false positives per image", ylabel="miss rate")
-    axes.legend(loc="lower left", fontsize="small", title="log-average miss rate", alignment="left")
+    figure.legend(loc="outside lower left", ncols=2, fontsize="small", title="log-average miss rate", alignment="left")
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=120)
     write_at_once(path, content.getvalue())

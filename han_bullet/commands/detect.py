@@ -28,7 +28,7 @@ EXAMPLES = """\
   han-bullet detect photo.jpg --classifier my_cnn.safetensors
   han-bullet detect photo.jpg --model hog       # OpenCV's, to compare with
   han-bullet detect 0 --show                    # the first camera, until Ctrl-C
-people lower than 100 px are not found by the ACF models; enlarge such pictures.
+people lower than 96 px are not found by the shipped models; enlarge such pictures.
 detections.csv names a video's frames by the path as given: videos/clip.mp4#000123, counted from 0."""
 
 
@@ -37,7 +37,7 @@ def add(commands: Commands[Parser]) -> None:
     parser = command(
         commands,
         "detect",
-        "find upright people at least 100 px high in pictures and videos; write detections.csv and annotated copies",
+        "find upright people at least 96 px high in pictures and videos; write detections.csv and annotated copies",
         EXAMPLES,
     )
     add_option = parser.add_argument
