@@ -46,7 +46,7 @@ def draw_miss_rates(path: Path, curves: Sequence[Curve]) -> None:
         path: File to write, .png.
         curves: In any order; the best comes first in the legend.
     """
-    figure = Figure(figsize=(8.0, 7.5), layout="constrained")
+    figure = Figure(figsize=(9.0, 7.5), layout="constrained")
     axes = figure.add_subplot()
     best_first = sorted(curves, key=lambda curve: curve.evaluation.log_average_miss_rate())
     reached = min(float(curve.evaluation.reference_miss_rates().min()) for curve in curves)

@@ -60,6 +60,6 @@ def test_the_curves_of_each_set_of_images_are_drawn(tmp_path: Path) -> None:
     write_report(tmp_path, ROWS, PHOTOGRAPHS, {}, [])
     (file,) = tmp_path.glob("*.png")
     picture = cv2.imread(str(file))
-    assert (file.name, picture.shape) == ("miss_rate_INRIA.png", (720, 960, 3))
+    assert (file.name, picture.shape) == ("miss_rate_INRIA.png", (900, 1080, 3))
     best_of_all = np.abs(picture.astype(int) - (180, 119, 31)).max(axis=2) < 30  # matplotlib's first colour, in BGR
     assert best_of_all.sum() > 1000
