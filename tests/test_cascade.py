@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from han_bullet.detection.cascade import feature_offsets, scan
+from han_bullet.detection.cascade import feature_offsets, feature_rows, scan
 from han_bullet.detection.channels import CHANNELS
 
 ROWS, COLUMNS = 4, 3  # a small window [cells]
@@ -36,6 +36,10 @@ def plain_score(window: np.ndarray, features: np.ndarray, thresholds: np.ndarray
     return score, len(features)
 
 
+def offsets_in(features: np.ndarray, level_columns: int) -> np.ndarray:
+    return feature_offsets(features, feature_rows(features, COLUMNS), COLUMNS, level_columns)
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(-2, 1), st.integers(1, 5))
 def test_the_scan_equals_the_trees_applied_to_each_window(
@@ -44,7 +48,7 @@ def test_the_scan_equals_the_trees_applied_to_each_window(
     rng = np.random.default_rng(seed)
     level = rng.random((rows, columns, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 12, depth)
-    offsets = feature_offsets(features, COLUMNS, columns)
+    offsets = offsets_in(features, columns)
     *found, trees = scan(level, first_rows(rows), COLUMNS, offsets, thresholds, leaves, give_up)
     expected, expected_trees = [], 0
     for row in range(rows - ROWS + 1):
@@ -64,12 +68,12 @@ def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
     features, thresholds, leaves = random_trees(rng, 20)
     deeper = np.concatenate([features, np.zeros((20, 4), np.int32)], axis=1)
     deeper_thresholds = np.concatenate([thresholds, rng.random((20, 4), np.float32)], axis=1)
-    shallow = scan(level, first_rows(30), COLUMNS, feature_offsets(features, COLUMNS, 30), thresholds, leaves, -1.0)
+    shallow = scan(level, first_rows(30), COLUMNS, offsets_in(features, 30), thresholds, leaves, -1.0)
     deep = scan(
         level,
         first_rows(30),
         COLUMNS,
-        feature_offsets(deeper, COLUMNS, 30),
+        offsets_in(deeper, 30),
         deeper_thresholds,
         np.repeat(leaves, 2, axis=1),
         -1.0,
@@ -82,7 +86,7 @@ def test_rows_left_out_are_not_looked_at() -> None:
     rng = np.random.default_rng(7)
     level = rng.random((30, 20, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 30)
-    offsets = feature_offsets(features, COLUMNS, 20)
+    offsets = offsets_in(features, 20)
     everything = scan(level, first_rows(30), COLUMNS, offsets, thresholds, leaves, -0.5)
     chosen = np.array([2, 3, 11, 26], np.int32)
     some = scan(level, chosen, COLUMNS, offsets, thresholds, leaves, -0.5)
@@ -96,7 +100,7 @@ def test_a_lower_limit_never_loses_a_window() -> None:
     rng = np.random.default_rng(5)
     level = rng.random((20, 20, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 30)
-    offsets = feature_offsets(features, COLUMNS, 20)
+    offsets = offsets_in(features, 20)
     strict = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -0.5)
     loose = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -5.0)
     places = [set(zip(found[0].tolist(), found[1].tolist(), strict=True)) for found in (strict, loose)]

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from han_bullet.detection.channels import CELL, CHANNELS, compute_channels, mirror
 from han_bullet.detection.colour import luv
+from han_bullet.errors import BadInputError
 
 SHAPE = (48, 64)
 
@@ -91,3 +92,9 @@ def test_channels_agree_with_the_original(data_folder, name: str) -> None:
     # Exact reciprocals differ in the fourth digit, and the normalisation amplifies that in flat regions.
     exact = np.abs(compute_channels(luv(image)).transpose(2, 0, 1) - expected["channels"])
     assert 1e-4 < (exact.mean(axis=(1, 2)) / ranges).max() < 2e-3
+
+
+@pytest.mark.parametrize(("shape", "cell"), [((3, 197, 120), 4), ((3, 120, 98), 4), ((3, 41, 40), 2)])
+def test_planes_that_are_not_whole_cells_are_bad_input(shape: tuple[int, int, int], cell: int) -> None:
+    with pytest.raises(BadInputError, match="not whole cells"):
+        compute_channels(np.zeros(shape, np.float32), cell)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.cascade import Ints, feature_offsets, scan
+from han_bullet.detection.cascade import Ints, feature_offsets, feature_rows, scan
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
@@ -72,6 +72,8 @@ class AcfDetector(Detector):
     def __init__(self, model: AcfModel) -> None:
         self.model = model
         self.smallest_area = model.smallest_box_area
+        self._window_columns = model.window_width // model.window_cell
+        self._feature_rows = feature_rows(model.features, self._window_columns, model.window_channels)
 
     def detect(self, image: Image, limits: ScanLimits | None = None) -> Detections:
         """Return the people found in an image by falling score.
@@ -110,8 +112,8 @@ class AcfDetector(Detector):
         """Return what is found in the windows that start in some rows of a level."""
         model, size = self.model, level.size
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
-        window_columns = model.window_width // model.window_cell
-        offsets = feature_offsets(model.features, window_columns, channels.shape[1], channels.shape[2])
+        window_columns = self._window_columns
+        offsets = feature_offsets(model.features, self._feature_rows, window_columns, *channels.shape[1:])
         rows_in_band = window_rows - np.int32(level.first_row)
         rows, columns, scores, trees = scan(
             channels, rows_in_band, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold

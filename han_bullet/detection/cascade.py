@@ -15,17 +15,24 @@ Offsets = NDArray[np.uint32]
 _ONE, _TWO = np.uint32(1), np.uint32(2)
 
 
-def feature_offsets(features: Ints, window_columns: int, level_columns: int, channels: int = CHANNELS) -> Offsets:
+def feature_rows(features: Ints, window_columns: int, channels: int = CHANNELS) -> Ints:
+    """Return the rows [cells] of features, indices into a window laid out (row, column, channel)."""
+    return np.asarray(features // (window_columns * channels), np.int32)
+
+
+def feature_offsets(
+    features: Ints, rows: Ints, window_columns: int, level_columns: int, channels: int = CHANNELS
+) -> Offsets:
     """Return where features lie relative to a window's first value in a flattened level.
 
     Args:
         features: Indices into a window laid out (row, column, channel).
+        rows: Of the features, as `feature_rows` gives them: the same for every level, so divided out only once.
         window_columns: Width of a window [cells].
         level_columns: Width of the padded level [cells].
         channels: How many there are.
     """
-    row, rest = np.divmod(features, window_columns * channels)
-    return np.ascontiguousarray(row * level_columns * channels + rest, dtype=np.uint32)
+    return (features + rows * np.int32((level_columns - window_columns) * channels)).astype(np.uint32)
 
 
 @numba.njit(cache=True)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.rough_reciprocals import Bits, invert, invert_root, reciprocal_table, root_table
+from han_bullet.errors import BadInputError
 
 Float = np.float32
 Floats = NDArray[np.float32]
@@ -58,7 +59,12 @@ def compute_channels(planes: Floats, cell: int = CELL, rough: bool = False) -> F
         planes: Height and width must be multiples of the cell's side.
         cell: Side of a cell [px].
         rough: Whether to compute with reciprocals as rough as the original's.
+
+    Raises:
+        BadInputError: The planes are not whole cells.
     """
+    if planes.shape[1] % cell or planes.shape[2] % cell:
+        raise BadInputError(f"planes of {planes.shape[1]} x {planes.shape[2]} px are not whole cells of {cell} px")
     channels: Floats = _compute_channels(planes, orientation_table(), cell, rough, reciprocal_table(), root_table())
     return channels
 

@@ -90,8 +90,8 @@ def samples_around_people(
     for path in paths:
         picture = read_picture(path)
         height, width = picture.shape[:2]
-        exact = np.array([0.5 * (width - ASPECT * PERSON_HEIGHT), 0.5 * (height - PERSON_HEIGHT), 0.0, PERSON_HEIGHT])
-        exact[2] = ASPECT * PERSON_HEIGHT
+        sides = np.array([ASPECT * PERSON_HEIGHT, PERSON_HEIGHT])
+        exact = np.concatenate([0.5 * (np.array([width, height]) - sides), sides])
         boxes = [exact, *(deformed(exact, generator) for _ in range(recipe.deformed))]
         people = len(boxes)
         boxes += [misplaced(exact, kind, generator) for kind in range(recipe.misplaced)]
