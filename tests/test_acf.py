@@ -209,7 +209,11 @@ def test_the_shipped_model_is_small_and_has_a_threshold_and_a_card() -> None:
     assert math.isfinite(model.score_threshold)
     folder = Path(__file__).parent.parent / "han_bullet" / "models"
     assert (folder / "acf_inria.npz").stat().st_size < 500_000
-    assert f"{model.score_threshold:.2f}" in (folder / "acf_inria.md").read_text(encoding="utf-8")
+    card = (folder / "acf_inria.md").read_text(encoding="utf-8")
+    assert f"`score_threshold` is {model.score_threshold:.2f}" in card
+    assert f"{len(model.features)} depth-{model.depth} trees" in card
+    assert f"person {model.person_height} x {model.person_width} px" in card
+    assert f"gives up at {model.cascade_threshold}" in card
 
 
 def test_boxes_come_by_falling_score_with_the_persons_shape() -> None:

@@ -15,7 +15,15 @@ from little_samples import small_network
 from safetensors.torch import load_file, save_file
 
 from han_bullet import assets
-from han_bullet.detection.cnn import Classifier, as_batch, crop, load_classifier, load_network, save_network
+from han_bullet.detection.cnn import (
+    LEAST_PROBABILITY,
+    Classifier,
+    as_batch,
+    crop,
+    load_classifier,
+    load_network,
+    save_network,
+)
 from han_bullet.detection.network import CropNetwork
 from han_bullet.detection.squeezenet import SqueezeTrunk
 from han_bullet.detection.vgg import SmallVgg
@@ -229,10 +237,17 @@ def test_weights_that_are_not_finite_are_refused_by_name(network, tmp_path: Path
         load_network(tmp_path / "nan.safetensors")
 
 
-def test_shipped_classifier_is_below_4_megabytes_and_has_its_card():
+def test_shipped_classifier_is_below_4_megabytes_and_its_card_is_about_it():
     folder = assets.models_folder()
-    assert (folder / "cnn_inria.safetensors").stat().st_size < 4e6
-    assert "han-bullet train cnn" in (folder / "cnn_inria.md").read_text(encoding="utf-8")
+    network = load_network(folder / "cnn_inria.safetensors")
+    size = (folder / "cnn_inria.safetensors").stat().st_size
+    assert size < 4e6
+    card = (folder / "cnn_inria.md").read_text(encoding="utf-8")
+    assert "`han-bullet train cnn" in card
+    assert f"{size / 1e6:.1f} MB" in card
+    assert f"input {network.height} x {network.width} RGB" in card
+    assert f"{sum(weight.numel() for weight in network.parameters()) / 1e6:.2f} million weights" in card
+    assert f"from probability {LEAST_PROBABILITY} on" in card
 
 
 def test_shipped_classifier_takes_flat_walls_and_noise_for_no_people():
