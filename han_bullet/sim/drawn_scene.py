@@ -1,88 +1,92 @@
-"""The things that a picture shows, each in a PyBullet client of its own; none of these clients is ever stepped."""
+"""The things that a picture shows, as meshes in the world."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import pybullet
 
-from han_bullet.geometry import Array, Pose2D
 from han_bullet.sim.avatar import Avatar
 from han_bullet.sim.gait import BodyPose
-from han_bullet.sim.outline import BodyOutline
+from han_bullet.sim.jointed_body import JointedBody
+from han_bullet.sim.mesh import Mesh, painted
 from han_bullet.sim.robot_model import RobotModel
-from han_bullet.sim.room import VisualRoom
+from han_bullet.sim.room import load_furniture, texture_path
+from han_bullet.sim.room_surfaces import (
+    SCREEN_DARK,
+    SCREEN_LIT,
+    SCREEN_TEXTURE,
+    device_boxes,
+    furniture_boxes,
+    room_surfaces,
+    screen,
+)
 from han_bullet.sim.scene_state import DevicesOn, RobotPosture
 from han_bullet.world_schema import World
 
-
-@dataclass(frozen=True)
-class DrawnBody:
-    """A person or the robot, posed.
-
-    Attributes:
-        client: Holds nothing else.
-        pose_in_world: Where the body stands.
-        corners_in_world: Points whose hull holds it, shape (n, 3) [m].
-    """
-
-    client: int
-    pose_in_world: Pose2D
-    corners_in_world: Array
+Meshes = Sequence[Mesh]
 
 
 class DrawnScene:
-    """Open clients as they are needed: about 30 MB and 20 ms each."""
+    """The building, the people and the robot; a PyBullet client that is never stepped poses what has joints."""
 
     def __init__(self, world: World) -> None:
+        """Load everything.
+
+        Raises:
+            BadInputError: A texture, a URDF file or a mesh is missing, or of a kind that cannot be drawn.
+        """
         self._world = world
-        self._clients: list[int] = []
-        self._room: tuple[int, VisualRoom] | None = None
-        self._robot: tuple[int, RobotModel, BodyOutline] | None = None
-        self._people: list[tuple[int, Avatar, BodyOutline]] = []
+        self._client: int = pybullet.connect(pybullet.DIRECT)
+        try:
+            self._room = self._load_room()
+            self._screens = self._load_screens()
+            self._people = [self._load_person(person.build, person.outfit) for person in world.people]
+            self._robot = RobotModel(self._client, world.robot.urdf, world.robot.start_pose_in_world, fixed=True)
+            self._robot_body = JointedBody(self._client, self._robot.body)
+        except BaseException:
+            self.close()
+            raise
 
-    def room(self, devices_on: DevicesOn) -> int:
-        """Return the client that holds the building, with the devices in a state."""
-        if self._room is None:
-            client = self._open_client()
-            self._room = client, VisualRoom(client, self._world)
-        client, room = self._room
-        room.show_devices(devices_on)
-        return client
+    def room(self, devices_on: DevicesOn) -> Meshes:
+        """Return the building, with the devices in a state."""
+        return [*self._room, *(self._screens[device, on] for device, on in devices_on)]
 
-    def people(self, body_poses: Sequence[BodyPose]) -> list[DrawnBody]:
-        """Pose the people, in the order of the world."""
-        if not self._people:
-            for person in self._world.people:
-                client = self._open_client()
-                avatar = Avatar(client, person.build, person.outfit)
-                self._people.append((client, avatar, BodyOutline(client, avatar.body)))
-        bodies = []
-        for (client, avatar, outline), body_pose in zip(self._people, body_poses, strict=True):
+    def people(self, body_poses: Sequence[BodyPose]) -> list[Meshes]:
+        """Pose the people and return each one's body, in the order of the world."""
+        for (avatar, _), body_pose in zip(self._people, body_poses, strict=True):
             avatar.place(body_pose)
-            bodies.append(DrawnBody(client, body_pose.pose_in_world, outline.corners_in_world()))
-        return bodies
+        return [body.meshes_in_world() for _, body in self._people]
 
-    def robot(self, posture: RobotPosture) -> DrawnBody:
-        """Pose the robot."""
-        if self._robot is None:
-            client = self._open_client()
-            model = RobotModel(client, self._world.robot.urdf, posture.pose_in_world, fixed=True)
-            self._robot = client, model, BodyOutline(client, model.body)
-        client, model, outline = self._robot
-        model.place(posture)
-        return DrawnBody(client, posture.pose_in_world, outline.corners_in_world())
+    def robot(self, posture: RobotPosture) -> Meshes:
+        """Pose the robot and return its body."""
+        self._robot.place(posture)
+        return self._robot_body.meshes_in_world()
 
     def close(self) -> None:
-        """Close all clients; the next use opens them again."""
-        for client in self._clients:
-            pybullet.disconnect(physicsClientId=client)
-        self._clients.clear()
-        self._people.clear()
-        self._room, self._robot = None, None
+        """Close the client; nothing can be drawn after that."""
+        pybullet.disconnect(physicsClientId=self._client)
 
-    def _open_client(self) -> int:
-        client: int = pybullet.connect(pybullet.DIRECT)
-        self._clients.append(client)
-        return client
+    def _load_room(self) -> list[Mesh]:
+        meshes = [
+            painted(surface, None if material.texture is None else texture_path(material.texture), material.colour)
+            for material, surface in room_surfaces(self._world).items()
+        ]
+        for box, piece in zip(furniture_boxes(self._world), self._world.furniture, strict=True):
+            if piece.urdf is not None:
+                body = load_furniture(self._client, piece.urdf, box)
+                meshes.extend(JointedBody(self._client, body).meshes_in_world())
+        return meshes
+
+    def _load_screens(self) -> dict[tuple[str, bool], Mesh]:
+        """Return the screens of the devices, off and on."""
+        texture = texture_path(SCREEN_TEXTURE)
+        return {
+            (tv.name, on): painted(screen(tv, box), texture, SCREEN_LIT if on else SCREEN_DARK)
+            for tv, box in zip(self._world.devices, device_boxes(self._world), strict=True)
+            for on in (False, True)
+        }
+
+    def _load_person(self, build: str, outfit: int) -> tuple[Avatar, JointedBody]:
+        avatar = Avatar(self._client, build, outfit)
+        return avatar, JointedBody(self._client, avatar.body)

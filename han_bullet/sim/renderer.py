@@ -1,9 +1,4 @@
-"""Pictures of the scene by PyBullet's software renderer.
-
-A picture is the building's, with each body joined where it is nearer: exactly what one client with everything in it
-would give, since nothing casts shadows. But a fixed camera's building is drawn once, and a body costs no more than its
-own part of the image.
-"""
+"""Pictures of the scene."""
 
 from __future__ import annotations
 
@@ -14,29 +9,34 @@ import numpy as np
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import camera_on_robot
-from han_bullet.sim.drawn_scene import DrawnBody, DrawnScene
+from han_bullet.sim.drawn_scene import DrawnScene, Meshes
 from han_bullet.sim.image_noise import ImageNoise
-from han_bullet.sim.lens import Crop, depth_in_buffer, visible_part, whole
-from han_bullet.sim.raster import Image, Raster, View, draw
+from han_bullet.sim.raster import Image, Raster, View
+from han_bullet.sim.rasterizer import draw
 from han_bullet.sim.scene_state import DevicesOn, SceneState
 from han_bullet.sim.silhouette import Silhouette, silhouette_of
 from han_bullet.world_schema import CeilingCamera, Light, World
 
 __all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer", "SceneState"]
 
-CLOSEST = 0.25  # [m] between camera and a body's axis; the software renderer may hang inside a body
 CALIBRATION_FRAME = 2**31  # beyond the frame numbers of any episode
 
 
 class Renderer:
-    """Take pictures of a world; each depends on the scene's state and the seed alone, not on what was taken before."""
+    """Take pictures of a world; each depends on the scene's state and the seed alone, not on what was taken before.
+
+    The building before a fixed camera is drawn once, and people and robot into a copy of it.
+    """
 
     def __init__(self, world: World, seed: int) -> None:
-        """Prepare; clients are opened by the first picture.
+        """Load all that can be seen.
 
         Args:
             world: With its light and image noise as they are.
             seed: Of the image noise.
+
+        Raises:
+            BadInputError: A texture, a URDF file or a mesh is missing, or of a kind that cannot be drawn.
         """
         self._world = world
         self._scene = DrawnScene(world)
@@ -56,14 +56,14 @@ class Renderer:
     def render_with_people(self, camera_name: str, state: SceneState) -> tuple[Image, tuple[Silhouette | None, ...]]:
         """Return the same picture and what it truly shows of each person, in the order of the world.
 
-        None stands for a person of whom no pixel lies in the picture or whom the building hides altogether.
+        None stands for a person of whom no pixel lies in the picture.
 
         Raises:
             BadInputError: No camera has that name.
         """
-        raster, bodies = self._draw(camera_name, state)
-        people = tuple(body and silhouette_of(*body, raster) for body in bodies[: len(state.people)])
-        return self._add_noise(raster, camera_name, state), people
+        raster, view, people = self._draw(camera_name, state)
+        silhouettes = tuple(silhouette_of(self._add(Raster.blank(view.intrinsics), p, view), raster) for p in people)
+        return self._add_noise(raster, camera_name, state), silhouettes
 
     def calibration_image(self, camera_name: str) -> Image:
         """Return the picture of a fixed camera with neither people nor robot, devices as at the start.
@@ -78,25 +78,24 @@ class Renderer:
         return self._noise.add(colour, self._camera_index[camera_name], CALIBRATION_FRAME)
 
     def close(self) -> None:
-        """Close all clients."""
+        """Close the scene; no more pictures can be taken."""
         self._scene.close()
 
-    def _draw(self, camera_name: str, state: SceneState) -> tuple[Raster, list[tuple[Raster, Crop] | None]]:
-        """Return the picture without noise, and each body alone in its part of it; the people come first."""
+    def _draw(self, camera_name: str, state: SceneState) -> tuple[Raster, View, list[Meshes]]:
+        """Return the picture without noise, where it was taken from, and the people in it."""
         camera = self._world.camera(camera_name)
-        bodies = self._scene.people(state.people)
+        people = self._scene.people(state.people)
         if isinstance(camera, CeilingCamera):
             view = View(camera.intrinsics, camera.camera_in_world)
             raster = self._background(camera, state.devices_on).copy()
-            bodies.append(self._scene.robot(state.robot))
+            self._add(raster, self._scene.robot(state.robot), view)
         else:  # without the robot: its camera looks over the base from inside the head
             mount = (camera.forward, camera.height, camera.pitch_down)
             view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
             raster = self._draw_room(view, state.devices_on)
-        return raster, [self._join(raster, body, view) for body in bodies]
-
-    def _add_noise(self, raster: Raster, camera_name: str, state: SceneState) -> Image:
-        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
+        for person in people:
+            self._add(raster, person, view)
+        return raster, view, people
 
     def _background(self, camera: CeilingCamera, devices_on: DevicesOn) -> Raster:
         key = (camera.name, devices_on)
@@ -106,29 +105,23 @@ class Renderer:
         return self._backgrounds[key]
 
     def _draw_room(self, view: View, devices_on: DevicesOn) -> Raster:
-        raster = draw(self._scene.room(devices_on), view, whole(view.intrinsics), self._world.light)
+        raster = self._add(Raster.blank(view.intrinsics), self._scene.room(devices_on), view)
         raster.fill_empty(_ceiling_colour(self._world.light))
         return raster
 
-    def _join(self, raster: Raster, body: DrawnBody, view: View) -> tuple[Raster, Crop] | None:
-        """Draw a body into a picture and return it alone; None if out of view or if the building hides all of it."""
-        if body.pose_in_world.distance_to(view.camera_in_world[:2, 3]) < CLOSEST:
-            return None
-        part = visible_part(body.corners_in_world, view.intrinsics, view.camera_in_world)
-        if part is None:
-            return None
-        crop, nearest = part
-        if raster.depth[crop.window].max() < depth_in_buffer(nearest):
-            return None
-        alone = draw(body.client, view, crop, self._world.light)
-        raster.join(alone, crop)
-        return alone, crop
+    def _add(self, raster: Raster, meshes: Meshes, view: View) -> Raster:
+        for mesh in meshes:
+            draw(raster, mesh, view, self._world.light)
+        return raster
+
+    def _add_noise(self, raster: Raster, camera_name: str, state: SceneState) -> Image:
+        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
 
 
 def _ceiling_colour(light: Light) -> tuple[int, int, int]:
     """Return how a plain white ceiling looks.
 
-    It fills just the pixels that walls and floor leave empty; drawing it would take a fifth of a picture's time.
+    It fills just the pixels that walls and floor leave empty, so that no ceiling need be drawn.
     """
     shade = light.ambient + light.diffuse * max(0.0, -light.direction[2] / float(np.linalg.norm(light.direction)))
     red, green, blue = (min(255, round(255 * shade * part)) for part in light.colour)

@@ -6,22 +6,23 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 import pybullet
 
 from han_bullet import assets
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import SolidBox
-from han_bullet.sim.room_surfaces import Material, device_boxes, furniture_boxes, room_surfaces
-from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, stretched
+from han_bullet.sim.room_surfaces import (
+    SCREEN_DARK,
+    SCREEN_LIT,
+    SCREEN_TEXTURE,
+    Material,
+    device_boxes,
+    furniture_boxes,
+    room_surfaces,
+    screen,
+)
+from han_bullet.sim.surfaces import Surface
 from han_bullet.world_schema import TV, World
-
-CASING = Material(None, (0.07, 0.07, 0.08))
-SCREEN_TEXTURE = "screen_on"
-SCREEN_BORDER = 0.03  # [m]
-SCREEN_AHEAD = 0.004  # [m] before the casing, well above the renderer's depth resolution at 10 m
-SCREEN_DARK = (0.05, 0.05, 0.06, 1.0)  # tints the picture almost to black
-SCREEN_LIT = (1.0, 1.0, 1.0, 1.0)
 
 
 class VisualRoom:
@@ -34,19 +35,18 @@ class VisualRoom:
             self._add(material, surface)
         for box, piece in zip(furniture_boxes(world), world.furniture, strict=True):
             if piece.urdf is not None:
-                self._load_furniture(piece.urdf, box)
+                load_furniture(client, piece.urdf, box)
         pairs = zip(world.devices, device_boxes(world), strict=True)
         self._screens = {tv.name: self._add_tv(tv, box) for tv, box in pairs}
 
     def show_devices(self, devices_on: Iterable[tuple[str, bool]]) -> None:
         """Light or darken the screens."""
         for device, on in devices_on:
-            colour = SCREEN_LIT if on else SCREEN_DARK
+            colour = (*(SCREEN_LIT if on else SCREEN_DARK), 1.0)
             pybullet.changeVisualShape(self._screens[device], -1, rgbaColor=colour, physicsClientId=self._client)
 
     def _add_tv(self, tv: TV, box: SolidBox) -> int:
-        self._add(CASING, joined(box_sides(box, with_bottom=True)))
-        return self._add(Material(SCREEN_TEXTURE, SCREEN_DARK[:3]), _screen(tv, box))
+        return self._add(Material(SCREEN_TEXTURE, SCREEN_DARK), screen(tv, box))
 
     def _add(self, material: Material, surface: Surface) -> int:
         shape = pybullet.createVisualShape(
@@ -70,15 +70,18 @@ class VisualRoom:
             self._textures[name] = pybullet.loadTexture(str(path), physicsClientId=self._client)
         return self._textures[name]
 
-    def _load_furniture(self, urdf: str, box: SolidBox) -> None:
-        bottom = box.centre_in_world[2] - 0.5 * box.size[2]
-        pybullet.loadURDF(
-            str(urdf_path(urdf)),
-            [*box.centre_in_world[:2], bottom],
-            yaw_quaternion(box.yaw),
-            useFixedBase=True,
-            physicsClientId=self._client,
-        )
+
+def load_furniture(client: int, urdf: str, box: SolidBox) -> int:
+    """Put a piece of furniture where its box stands; return its body id."""
+    bottom = box.centre_in_world[2] - 0.5 * box.size[2]
+    body: int = pybullet.loadURDF(
+        str(urdf_path(urdf)),
+        [*box.centre_in_world[:2], bottom],
+        yaw_quaternion(box.yaw),
+        useFixedBase=True,
+        physicsClientId=client,
+    )
+    return body
 
 
 class CollisionRoom:
@@ -101,15 +104,6 @@ def _collision_box(client: int, box: SolidBox) -> int:
         0.0, shape, -1, box.centre_in_world.tolist(), yaw_quaternion(box.yaw), physicsClientId=client
     )
     return body
-
-
-def _screen(tv: TV, box: SolidBox) -> Surface:
-    width, depth, height = tv.size
-    facing = np.array([math.cos(tv.facing), math.sin(tv.facing), 0.0])
-    along = np.cross([0.0, 0.0, 1.0], facing) * (width - 2.0 * SCREEN_BORDER)
-    up = np.array([0.0, 0.0, height - 2.0 * SCREEN_BORDER])
-    centre = box.centre_in_world + (0.5 * depth + SCREEN_AHEAD) * facing
-    return stretched(rectangle(centre - 0.5 * (along + up), along, up))
 
 
 def yaw_quaternion(yaw: float) -> list[float]:

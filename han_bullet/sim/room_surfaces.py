@@ -1,4 +1,4 @@
-"""What the building of a world looks like: floors, walls with skirting boards and doors, plain furniture.
+"""What the building of a world looks like: floors, walls with skirting boards and doors, plain furniture, devices.
 
 Only what someone inside can see is made: a wall's outer side costs time in every frame and shows in none.
 """
@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from han_bullet.geometry import Array, SolidBox, rotation
-from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, turned
-from han_bullet.world_schema import FloorArea, Furniture, Wall, World
+from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, stretched, turned
+from han_bullet.world_schema import TV, FloorArea, Furniture, Wall, World
 
 OVERLAP = 0.02  # [m] that walls reach below the floor, so that no gap shows where they meet
 IN_FRONT = 0.06  # [m] before a wall face: where floor must lie for the face to be seen
@@ -40,10 +40,16 @@ class Material:
 SKIRTING = Material(None, (0.55, 0.53, 0.5))
 DOOR_FRAMES = Material(None, (0.8, 0.79, 0.76))
 DOORS = Material("wood", (0.95, 0.95, 0.95))
+CASING = Material(None, (0.07, 0.07, 0.08))
+SCREEN_TEXTURE = "screen_on"
+SCREEN_BORDER = 0.03  # [m]
+SCREEN_AHEAD = 0.004  # [m] before the casing
+SCREEN_DARK = (0.05, 0.05, 0.06)  # tints the picture almost to black
+SCREEN_LIT = (1.0, 1.0, 1.0)
 
 
 def room_surfaces(world: World) -> dict[Material, Surface]:
-    """Return one mesh per material with all that never moves, but for furniture that has a URDF and devices."""
+    """Return one mesh per material with all that never changes, but for furniture that has a URDF."""
     parts: dict[Material, list[Surface]] = defaultdict(list)
     for box, wall in zip(wall_boxes(world), world.walls, strict=True):
         for material, surface in _wall(box, wall, world.floor):
@@ -51,6 +57,8 @@ def room_surfaces(world: World) -> dict[Material, Surface]:
     for box, piece in zip(furniture_boxes(world), world.furniture, strict=True):
         if piece.urdf is None:
             parts[Material(piece.texture)].extend(_plain_furniture(box, piece))
+    for box in device_boxes(world):
+        parts[CASING].extend(box_sides(box, with_bottom=True))
     for area in world.floor:
         parts[Material(area.texture)].append(_floor(area))
     return {material: joined(surfaces) for material, surfaces in parts.items()}
@@ -69,6 +77,16 @@ def furniture_boxes(world: World) -> tuple[SolidBox, ...]:
 def device_boxes(world: World) -> tuple[SolidBox, ...]:
     """Return the devices as boxes, in their order."""
     return world.solid_boxes()[len(world.walls) + len(world.furniture) :]
+
+
+def screen(tv: TV, box: SolidBox) -> Surface:
+    """Return the screen of a television that fills a box, with one picture over all of it."""
+    width, depth, height = tv.size
+    facing = np.array([math.cos(tv.facing), math.sin(tv.facing), 0.0])
+    along = np.cross([0.0, 0.0, 1.0], facing) * (width - 2.0 * SCREEN_BORDER)
+    up = np.array([0.0, 0.0, height - 2.0 * SCREEN_BORDER])
+    centre = box.centre_in_world + (0.5 * depth + SCREEN_AHEAD) * facing
+    return stretched(rectangle(centre - 0.5 * (along + up), along, up))
 
 
 def _plain_furniture(box: SolidBox, piece: Furniture) -> list[Surface]:

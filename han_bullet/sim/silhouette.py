@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from han_bullet.geometry import Array
-from han_bullet.sim.lens import Crop
-from han_bullet.sim.raster import EMPTY, Raster
+from han_bullet.sim.raster import Raster
 
 
 @dataclass(frozen=True)
@@ -27,21 +26,20 @@ class Silhouette:
     hidden: float
 
 
-def silhouette_of(body: Raster, crop: Crop, picture: Raster) -> Silhouette | None:
-    """Compare a body, drawn alone in one part of a picture, with the whole picture.
+def silhouette_of(body: Raster, picture: Raster) -> Silhouette | None:
+    """Compare a body, drawn alone, with the whole picture.
 
     Returns:
         None where the body has no pixel in the picture.
     """
-    drawn = body.depth < EMPTY
+    drawn = body.drawn
     rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
     if not len(rows):
         return None
-    left, right = crop.left + int(columns[0]), crop.left + int(columns[-1]) + 1
-    top, bottom = crop.top + int(rows[0]), crop.top + int(rows[-1]) + 1
-    height, width = picture.depth.shape
-    # Joining copies depths, so a pixel that shows the body has the body's own depth to the last bit.
-    shown = drawn & (body.depth == picture.depth[crop.window])
+    left, right, top, bottom = int(columns[0]), int(columns[-1]) + 1, int(rows[0]), int(rows[-1]) + 1
+    height, width = drawn.shape
+    # The same triangles give the same depths to the last bit, so an equal depth shows the body.
+    shown = drawn & (body.inverse_depth == picture.inverse_depth)
     return Silhouette(
         box=np.array([left, top, right - left, bottom - top], float),
         cut=left <= 0 or top <= 0 or right >= width or bottom >= height,

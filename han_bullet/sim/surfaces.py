@@ -1,7 +1,7 @@
 """Triangle meshes of flat rectangles in tiles of at most a metre: pure numpy.
 
-The software renderer drops a polygon that is much larger than its distance to the camera, so nothing is drawn as one
-big face. All faces are one-sided: seen from the right-hand side of (along x up) only.
+PyBullet's software renderer, with which a test compares ours, drops a polygon that is much larger than its distance to
+the camera, so nothing is drawn as one big face. All faces are one-sided: seen from the right-hand side of (along x up) only.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def rectangle(corner: Array, along: Array, up: Array, uv_at_corner: tuple[float,
     vertices = corner + s_grid[:, None] * along + t_grid[:, None] * up
     uvs = np.column_stack([s_grid * length, t_grid * height]) + np.asarray(uv_at_corner)
     normal = np.cross(along, up) / (length * height)
-    return Surface(vertices, np.tile(normal, (len(vertices), 1)), uvs, _grid_triangles(len(s), len(t)))
+    return Surface(vertices, np.tile(normal, (len(vertices), 1)), uvs, grid_triangles(len(s), len(t)))
 
 
 def stretched(surface: Surface) -> Surface:
@@ -97,7 +97,7 @@ def _tiles(length: float) -> int:
     return max(1, math.ceil(length / LARGEST_TILE - 1e-6))
 
 
-def _grid_triangles(columns: int, rows: int) -> NDArray[np.int64]:
+def grid_triangles(columns: int, rows: int) -> NDArray[np.int64]:
     """Return two triangles for each cell of a grid of vertices, row after row, shape (m, 3)."""
     first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     lower = np.column_stack([first, first + 1, first + columns + 1])

@@ -1,0 +1,93 @@
+"""Triangle meshes from Wavefront OBJ files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from han_bullet.errors import BadInputError
+from han_bullet.sim.surfaces import Surface
+
+
+class _Corner(NamedTuple):
+    """Vertex [m], texture coordinates and normal; no normal is ()."""
+
+    vertex: tuple[float, ...]
+    uv: tuple[float, ...]
+    normal: tuple[float, ...]
+
+
+def read_obj(path: Path) -> tuple[Surface, Path | None]:
+    """Read all faces of a file as one surface.
+
+    Polygons become fans of triangles. A face without normals gets its own, a corner without texture coordinates (0, 0).
+
+    Returns:
+        The surface, and the picture that the first map_Kd of its material file names, or None.
+
+    Raises:
+        BadInputError: The file is missing, or is no OBJ file with faces.
+    """
+    try:
+        lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+        rows = {kind: _numbers(lines, kind) for kind in ("v", "vt", "vn")}
+        faces = [[_corner(word, rows) for word in words[1:]] for words in lines if words[:1] == ["f"]]
+        surface = _surface([triangle for face in faces for triangle in _fan(face)])
+    except (OSError, ValueError, IndexError) as error:
+        raise BadInputError(f"mesh {path} is no OBJ file with faces that can be read ({error})") from error
+    return surface, _texture(path, lines)
+
+
+def _surface(triangles: Sequence[Sequence[_Corner]]) -> Surface:
+    """Return the surface of triangles, with each corner kept once."""
+    rows: dict[_Corner, int] = {}
+    for triangle in triangles:
+        for corner in _with_normals(triangle):
+            rows.setdefault(corner, len(rows))
+    vertices, uvs, normals = (np.array(part, float) for part in zip(*rows, strict=True))
+    indices = [[rows[corner] for corner in _with_normals(triangle)] for triangle in triangles]
+    return Surface(vertices, normals, uvs, np.array(indices, np.int64))
+
+
+def _numbers(lines: Sequence[list[str]], kind: str) -> list[tuple[float, ...]]:
+    least = 2 if kind == "vt" else 3
+    rows = [tuple(map(float, words[1:])) for words in lines if words[:1] == [kind]]
+    if any(len(row) < least for row in rows):
+        raise ValueError(f"an entry {kind!r} has fewer than {least} numbers")
+    return rows
+
+
+def _corner(word: str, rows: dict[str, list[tuple[float, ...]]]) -> _Corner:
+    """Return what "1", "1/2", "1//3" or "1/2/3" names; numbers count from 1, negative ones from the end."""
+    numbers = [int(number) if number else 0 for number in (*word.split("/"), "", "")[:3]]
+    vertex, uv, normal = (
+        rows[kind][number - 1 if number > 0 else number] if number else ()
+        for kind, number in zip(("v", "vt", "vn"), numbers, strict=True)
+    )
+    return _Corner(vertex[:3], uv[:2] or (0.0, 0.0), normal[:3])
+
+
+def _fan(corners: Sequence[_Corner]) -> list[tuple[_Corner, _Corner, _Corner]]:
+    """Cut a polygon into triangles."""
+    return [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+
+
+def _with_normals(triangle: Sequence[_Corner]) -> Sequence[_Corner]:
+    """Give a triangle without normals its own."""
+    if all(corner.normal for corner in triangle):
+        return triangle
+    first, second, third = (np.array(corner.vertex) for corner in triangle)
+    x, y, z = map(float, np.cross(second - first, third - first))
+    return [corner._replace(normal=(x, y, z)) for corner in triangle]
+
+
+def _texture(path: Path, lines: Sequence[list[str]]) -> Path | None:
+    libraries = [path.parent / words[1] for words in lines if words[:1] == ["mtllib"] and len(words) > 1]
+    for library in filter(Path.is_file, libraries):
+        for words in map(str.split, library.read_text(encoding="utf-8").splitlines()):
+            if words[:1] == ["map_Kd"] and len(words) > 1:
+                return library.parent / words[-1]
+    return None
