@@ -1,7 +1,8 @@
 """Triangle meshes of flat rectangles in tiles of at most a metre: pure numpy.
 
 PyBullet's software renderer, with which a test compares ours, drops a polygon that is much larger than its distance to
-the camera, so nothing is drawn as one big face. All faces are one-sided: seen from the right-hand side of (along x up) only.
+the camera, so nothing is drawn as one big face. All faces are one-sided: seen from the right-hand side of (along x up)
+only.
 """
 
 from __future__ import annotations
