@@ -46,8 +46,8 @@ class Pose2D:
         """Map points, shape (..., 2) [m], from the world to this pose's body frame."""
         return (points_in_world - self.position) @ rotation(self.yaw)
 
-    def distance_to(self, point_in_world: Array) -> float:
-        """Return the distance to a point, shape (2,) [m]."""
+    def distance_to(self, point_in_world: Array | tuple[float, float]) -> float:
+        """Return the distance to a point, two numbers [m]."""
         return math.hypot(point_in_world[0] - self.x, point_in_world[1] - self.y)
 
 
@@ -72,8 +72,8 @@ class Twist2D:
 
     def linear_in_world(self, yaw: float) -> Array:
         """Return the translational velocity in the world, shape (2,) [m/s], of a body with this yaw [rad]."""
-        velocity: Array = rotation(yaw) @ np.array([self.vx, self.vy])
-        return velocity
+        c, s = math.cos(yaw), math.sin(yaw)
+        return np.array([c * self.vx - s * self.vy, s * self.vx + c * self.vy])
 
 
 def rotation(angle: float) -> Array:

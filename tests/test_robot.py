@@ -31,6 +31,7 @@ def run(client: int, robot: MecanumRobot, twist: Twist2D, seconds: float) -> Non
     for _ in range(round(seconds / PHYSICS_PERIOD)):
         robot.drive()
         pybullet.stepSimulation(physicsClientId=client)
+        robot.measure()
 
 
 def box(client: int, mass: float, position: list[float], half: list[float]) -> int:

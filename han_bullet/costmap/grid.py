@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -99,9 +100,9 @@ class Costmap:
         return np.where(cost > self._values_at(points_in_world, self.building), cost, np.uint8(FREE))
 
     def _values_at(self, points_in_world: Array, values: Costs) -> Costs:
-        cells = self.world_to_cell(points_in_world)
-        rows, columns = np.moveaxis(np.clip(cells, 0, np.array(self.cost.shape) - 1), -1, 0)
-        return np.where(self.has_cell(cells), values[rows, columns], np.uint8(UNKNOWN))
+        points = np.ascontiguousarray(points_in_world, float)
+        x, y = self.origin_in_world
+        return _sampled(values, points.reshape(-1, 2), x, y, self.resolution).reshape(points.shape[:-1])
 
     def costs_on_line(self, start_in_world: Array, end_in_world: Array) -> Costs:
         """Return the costs along a straight line, both ends (2,) [m] included, sampled twice per cell or more."""
@@ -149,3 +150,16 @@ def _check_covering(floor: Sequence[tuple[Interval, Interval]], resolution: floa
     for x, y in floor:
         if not (x[0] < x[1] and y[0] < y[1]):
             raise BadInputError(f"floor area x {list(x)}, y {list(y)} is empty; write [smaller, larger]")
+
+
+@numba.njit(cache=True)
+def _sampled(values: Costs, points: Array, origin_x: float, origin_y: float, resolution: float) -> Costs:
+    """Return the values at points, shape (n, 2) [m]; UNKNOWN outside the map."""
+    rows, columns = values.shape
+    found = np.full(len(points), UNKNOWN, np.uint8)
+    for i in range(len(points)):
+        column = math.floor((points[i, 0] - origin_x) / resolution)
+        row = math.floor((points[i, 1] - origin_y) / resolution)
+        if 0 <= row < rows and 0 <= column < columns:
+            found[i] = values[row, column]
+    return found

@@ -92,7 +92,7 @@ class Walking(Behaviour):
 
     def __init__(self, pose_in_world: Pose2D, walk: Walk) -> None:
         super().__init__(pose_in_world)
-        self._waypoints = [np.array(point) for point in walk.waypoints]
+        self._waypoints = list(walk.waypoints)
         self._cruise = walk.speed
         self._signal = StartSignal(walk.starts)
 
@@ -103,15 +103,15 @@ class Walking(Behaviour):
             self._face(None, WALK_TURN_RATE, dt)
             self._approach_speed(0.0, dt)
         else:
-            x, y = goal - self.pose_in_world.position
+            x, y = goal[0] - self.pose_in_world.x, goal[1] - self.pose_in_world.y
             bearing = math.atan2(y, x)
             self._face(bearing, WALK_TURN_RATE, dt)
             ahead = max(0.0, math.cos(bearing - self.pose_in_world.yaw))
             self._approach_speed(ahead * self._speed_before(math.hypot(x, y)), dt)
-        x, y = self.pose_in_world.position + self.velocity_in_world * dt
-        self.pose_in_world = Pose2D(float(x), float(y), self.pose_in_world.yaw)
+        here, step = self.pose_in_world, self.speed * dt
+        self.pose_in_world = Pose2D(here.x + step * math.cos(here.yaw), here.y + step * math.sin(here.yaw), here.yaw)
 
-    def _next_waypoint(self) -> Array | None:
+    def _next_waypoint(self) -> tuple[float, float] | None:
         """Return the waypoint to walk to, forgetting those that are reached."""
         while self._waypoints:
             reach = CORNER if len(self._waypoints) > 1 else ARRIVED

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pybullet
 
-from han_bullet.geometry import Array, Pose2D, Twist2D, rotation
+from han_bullet.geometry import Array, Pose2D, Twist2D
 from han_bullet.sim.robot_model import HEAD, WHEELS, RobotModel
 from han_bullet.sim.scene_state import RobotPosture
 from han_bullet.world_schema import PHYSICS_PERIOD, Robot
@@ -22,6 +22,12 @@ class MecanumRobot:
 
     The wheels' rollers are not simulated: a planar force and a torque on the whole body, both limited, do what they
     would do. Friction with the floor is none, as it is for ideal rollers.
+
+    Attributes:
+        body: Its id in the client.
+        mass: [kg].
+        pose_in_world: True pose at the last measurement.
+        twist_in_body: True twist of the robot's centre at the last measurement.
     """
 
     def __init__(self, client: int, settings: Robot) -> None:
@@ -43,11 +49,12 @@ class MecanumRobot:
         pybullet.setJointMotorControl2(
             self.body, self._model.joints[HEAD], pybullet.POSITION_CONTROL, 0.0, force=5.0, physicsClientId=client
         )
+        self.measure()
 
     def command(self, twist: Twist2D) -> None:
         """Set the wanted twist in the body frame; beyond the limits it is scaled down to them."""
         scale = min(1.0, self._limits.max_speed / max(twist.speed, 1e-9))
-        omega = float(np.clip(twist.omega, -self._limits.max_yaw_rate, self._limits.max_yaw_rate))
+        omega = _clipped(twist.omega, self._limits.max_yaw_rate)
         self._target = Twist2D(twist.vx * scale, twist.vy * scale, omega)
 
     def drive(self) -> None:
@@ -56,22 +63,18 @@ class MecanumRobot:
         next_twist = self._ramp(twist)
         yaw_after = pose.yaw + next_twist.omega * PHYSICS_PERIOD
         change = next_twist.linear_in_world(yaw_after) - twist.linear_in_world(pose.yaw)
-        force = _shortened(self.mass * change / PHYSICS_PERIOD, MAX_FORCE)
+        x, y = self.mass / PHYSICS_PERIOD * change
+        force = _shortened(float(x), float(y), MAX_FORCE)
         torque = self._yaw_inertia * (next_twist.omega - twist.omega) / PHYSICS_PERIOD
-        self._push(pose, force, float(np.clip(torque, -MAX_TORQUE, MAX_TORQUE)))
+        self._push(pose, force, _clipped(torque, MAX_TORQUE))
         self._turn_wheels(next_twist)
 
-    @property
-    def pose_in_world(self) -> Pose2D:
-        """Return the true pose."""
-        return self._model.pose_in_world()
-
-    @property
-    def twist_in_body(self) -> Twist2D:
-        """Return the true twist of the robot's centre."""
-        linear, angular = pybullet.getBaseVelocity(self.body, physicsClientId=self._client)
-        vx, vy = rotation(self.pose_in_world.yaw).T @ np.array(linear[:2])
-        return Twist2D(float(vx), float(vy), angular[2])
+    def measure(self) -> None:
+        """Read pose and twist; call this after each physics step."""
+        self.pose_in_world = pose = self._model.pose_in_world()
+        (x, y, _), (_, _, omega) = pybullet.getBaseVelocity(self.body, physicsClientId=self._client)
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        self.twist_in_body = Twist2D(c * x + s * y, c * y - s * x, omega)
 
     @property
     def posture(self) -> RobotPosture:
@@ -85,18 +88,18 @@ class MecanumRobot:
     def _ramp(self, twist: Twist2D) -> Twist2D:
         """Return the twist of the next step: from the present one towards the target, within the accelerations."""
         target, limits = self._target, self._limits
-        change = np.array([target.vx - twist.vx, target.vy - twist.vy])
-        vx, vy = np.array([twist.vx, twist.vy]) + _shortened(change, limits.max_acceleration * PHYSICS_PERIOD)
+        fastest = limits.max_acceleration * PHYSICS_PERIOD
+        change_x, change_y = _shortened(target.vx - twist.vx, target.vy - twist.vy, fastest)
         most = limits.max_yaw_acceleration * PHYSICS_PERIOD
-        omega = twist.omega + float(np.clip(target.omega - twist.omega, -most, most))
-        return Twist2D(float(vx), float(vy), omega)
+        omega = twist.omega + _clipped(target.omega - twist.omega, most)
+        return Twist2D(twist.vx + change_x, twist.vy + change_y, omega)
 
-    def _push(self, pose: Pose2D, force: Array, torque: float) -> None:
+    def _push(self, pose: Pose2D, force: tuple[float, float], torque: float) -> None:
         x, y = pose.to_world(self._centre_of_mass[:2])
         pybullet.applyExternalForce(
             self.body,
             -1,
-            [*force.tolist(), 0.0],
+            [*force, 0.0],
             [x, y, self._centre_of_mass[2]],
             pybullet.WORLD_FRAME,
             physicsClientId=self._client,
@@ -136,7 +139,7 @@ class MecanumRobot:
         centre = masses @ centres / masses.sum()
         spread = np.sum((centres - centre)[:, :2] ** 2, axis=1)
         inertia = float(sum(info[2][2] for info in infos) + masses @ spread)
-        in_body = self.pose_in_world.to_body(centre[:2])
+        in_body = self._model.pose_in_world().to_body(centre[:2])
         return float(masses.sum()), np.array([*in_body, centre[2]]), inertia
 
     def _centre_of_link(self, link: int) -> Array:
@@ -146,7 +149,11 @@ class MecanumRobot:
         return np.array(state[0])
 
 
-def _shortened(vector: Array, longest: float) -> Array:
-    """Return a vector (2,), scaled down where it is longer than a limit."""
-    length = math.hypot(vector[0], vector[1])
-    return vector if length <= longest else vector * (longest / length)
+def _shortened(x: float, y: float, longest: float) -> tuple[float, float]:
+    """Return a vector, scaled down where it is longer than a limit."""
+    scale = min(1.0, longest / max(math.hypot(x, y), 1e-12))
+    return x * scale, y * scale
+
+
+def _clipped(value: float, most: float) -> float:
+    return min(max(value, -most), most)

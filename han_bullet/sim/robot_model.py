@@ -83,7 +83,7 @@ class RobotModel:
     def place(self, posture: RobotPosture) -> None:
         """Pose the robot for a picture."""
         pose, offset = posture.pose_in_world, self._base_to_centre_of_mass
-        x, y = pose.to_world(offset[:2])
+        x, y = pose.to_world(np.array(offset[:2]))
         pybullet.resetBasePositionAndOrientation(
             self.body, [x, y, offset[2]], yaw_quaternion(pose.yaw), physicsClientId=self._client
         )
@@ -95,8 +95,9 @@ class RobotModel:
         position, quaternion = pybullet.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
         qx, qy, qz, qw = quaternion
         yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        offset = Pose2D(0.0, 0.0, yaw).to_world(self._base_to_centre_of_mass[:2])
-        return Pose2D(position[0] - float(offset[0]), position[1] - float(offset[1]), yaw)
+        forward, left, _ = self._base_to_centre_of_mass
+        c, s = math.cos(yaw), math.sin(yaw)
+        return Pose2D(position[0] - (c * forward - s * left), position[1] - (s * forward + c * left), yaw)
 
     def wheels(self) -> MecanumWheels:
         """Read the wheels' geometry: they stand on the floor, so an axle is as high as its wheel's radius."""
@@ -114,5 +115,6 @@ class RobotModel:
         infos = (pybullet.getJointInfo(self.body, index, physicsClientId=self._client) for index in range(count))
         return {info[1].decode(): info[0] for info in infos}
 
-    def _base_inertial_offset(self) -> Array:
-        return np.array(pybullet.getDynamicsInfo(self.body, -1, physicsClientId=self._client)[3])
+    def _base_inertial_offset(self) -> tuple[float, float, float]:
+        offset: tuple[float, float, float] = pybullet.getDynamicsInfo(self.body, -1, physicsClientId=self._client)[3]
+        return offset

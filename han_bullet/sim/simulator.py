@@ -141,6 +141,7 @@ class Simulator:
             person.advance(robot, PHYSICS_PERIOD)
         self._robot.drive()
         pybullet.stepSimulation(physicsClientId=self._client)
+        self._robot.measure()
         self._contacts.sample()
         self._step += 1
 
