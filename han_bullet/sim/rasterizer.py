@@ -28,7 +28,7 @@ _Triple = tuple[float, float, float]
 NEAR = 0.1  # [m]; nothing nearer to the camera is drawn
 
 
-def draw(raster: Raster, mesh: Mesh, view: View, light: Light) -> None:
+def draw(raster: Raster, mesh: Mesh, view: View, light: Light) -> int:
     """Draw a mesh into a picture where it is at least as near as what is there.
 
     Faces are seen from their front only, lit by ambient and diffuse light, and throw no shadow. A texture is sampled at
@@ -39,11 +39,14 @@ def draw(raster: Raster, mesh: Mesh, view: View, light: Light) -> None:
         mesh: In the world's frame.
         view: Of a picture of the raster's size.
         light: Of the whole scene.
+
+    Returns:
+        How many pixels were tried: those of every triangle, hidden ones too.
     """
     i, surface = view.intrinsics, mesh.surface
     turn, origin = view.camera_in_world[:3, :3], view.camera_in_world[:3, 3]
     towards_light = np.asarray(light.direction) / np.linalg.norm(light.direction)
-    _draw(
+    tried = _draw(
         raster.colour,
         raster.inverse_depth,
         (surface.vertices - origin) @ turn,
@@ -51,6 +54,7 @@ def draw(raster: Raster, mesh: Mesh, view: View, light: Light) -> None:
         _Camera(i.fx, i.fy, i.cx, i.cy),
         _Lamp(_triple(towards_light), float(light.ambient), _triple(light.diffuse * np.asarray(light.colour))),
     )
+    return int(tried)
 
 
 def _triple(vector: Array) -> _Triple:
@@ -109,7 +113,8 @@ def _draw(
     triangles: _Triangles,
     camera: _Camera,
     lamp: _Lamp,
-) -> None:
+) -> int:
+    tried = 0
     for index in range(len(triangles.corners)):
         first, second, third = triangles.corners[index]
         p, q, r = _row(vertices, first), _row(vertices, second), _row(vertices, third)
@@ -125,7 +130,8 @@ def _draw(
             _on_image(_cross(p, r), determinant, camera),
             _on_image(_cross(q, p), determinant, camera),
         )
-        _fill(colour, inverse_depth, triangles, (first, second, third), weights, part, lamp)
+        tried += _fill(colour, inverse_depth, triangles, (first, second, third), weights, part, lamp)
+    return tried
 
 
 @numba.njit(cache=True)
@@ -215,8 +221,8 @@ def _fill(
     weights: tuple[_Linear, _Linear, _Linear],
     part: _Part,
     lamp: _Lamp,
-) -> None:
-    """Colour a triangle's pixels, but for those that are behind what is there."""
+) -> int:
+    """Colour a triangle's pixels, but for those that are behind what is there; return how many it has."""
     picture, uvs = triangles.picture, triangles.uvs
     rows, columns = picture.shape[:2]
     first, second, third = corners
@@ -228,8 +234,10 @@ def _fill(
     x = _combined(weights, (m[0], n[0], o[0]))
     y = _combined(weights, (m[1], n[1], o[1]))
     z = _combined(weights, (m[2], n[2], o[2]))
+    tried = 0
     for row in range(part.top, part.bottom):
         start, end = _span(weights, row, part.left, part.right)
+        tried += max(end - start, 0)
         for column in range(start, end):
             near = nearness.constant + row * nearness.down + column * nearness.across
             if np.float32(near) < inverse_depth[row, column] or near > 1.0 / NEAR:
@@ -250,3 +258,4 @@ def _fill(
             for channel in range(3):
                 value = picture[texel_row, texel_column, channel] * shades[channel]
                 colour[row, column, channel] = min(value, 255.0)
+    return tried
