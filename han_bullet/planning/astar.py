@@ -25,8 +25,8 @@ DIAGONAL = math.sqrt(2.0)
 # A bucket holds the cells whose estimates lie in this much of cost [cells]; within it the order is free, so a cell is
 # expanded again where a cheaper way to it turns up late. Smaller buckets make that rare and are more often empty.
 BUCKET = 1.0 / 16.0
-# What is cheaper by less is not cheaper [cells]: it is the same steps, added in another order. A step costs 1 or more, so
-# that the ways found are within this part of the optimum.
+# What is cheaper by less is not cheaper [cells]: it is the same steps, added in another order. A step costs 1 or more,
+# so that the ways found are within this part of the optimum.
 ROUNDING = 1e-10
 
 # The eight steps to a neighbour: the straight ones first, each diagonal between its own two: 4 + k is k and k + 1.
