@@ -50,8 +50,7 @@ def problem(size: int, clutter: str, pairs: int, seed: int = 0) -> Problem:
 
 def _obstacles(costmap: Costmap, share: float, generator: np.random.Generator) -> list[SolidBox]:
     """Return boxes, and draw pillars, until both have covered their half of a share of the map's cells."""
-    rows, columns = costmap.shape
-    side, area, boxes = columns * costmap.resolution, 0.0, list[SolidBox]()
+    side, area, boxes = len(costmap.cost) * costmap.resolution, 0.0, list[SolidBox]()
     while area < 0.5 * share * side**2:
         length, width = generator.uniform(0.5, 3.0), generator.uniform(0.15, 0.6)
         centre = np.array([*generator.uniform(0.0, side, 2), 0.5])
