@@ -161,7 +161,8 @@ def main() -> None:
     print(markdown_table(COLUMNS, lines))
     if cycles:
         print("\n### Replanning while a person crosses the robot's way; true people\n")
-        print("Cycles: searches that found a way. Costmap: all layers. Planning: the search, and old way or new.\n")
+        print("Cycles: searches that found a way, each the median of three equal runs. Costmap: all layers. Planning:")
+        print("the search, and the choice between the old way and the new one.\n")
         print(markdown_table(REPLANNING_COLUMNS, cycles))
 
 
