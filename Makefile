@@ -12,7 +12,7 @@ demo: $(INSTALLED)  ## run experiment real2 with five cameras -> runs/real2/
 test: $(INSTALLED)  ## run all tests (arguments for pytest: make test ARGS="-k tracker")
 	$(BIN)/python -m pytest $(ARGS)
 
-bench: $(INSTALLED)  ## run all benchmarks -> benchmarks/RESULTS.md
+bench: $(INSTALLED)-bench  ## run all benchmarks, beside others' packages -> benchmarks/RESULTS.md
 	$(BIN)/python -m benchmarks
 
 lint: $(INSTALLED)  ## style and types
@@ -24,6 +24,10 @@ $(INSTALLED): setup.py constraints.txt
 	@test -n "$(PYTHON)" || { echo "no python3 of version 3.10 or 3.11 found (pybullet has wheels for these); name one: make PYTHON=/path/to/python3.11"; exit 2; }
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	touch $@
+
+$(INSTALLED)-bench: $(INSTALLED)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[bench]'
 	touch $@
 
 clean:  ## remove what was installed and made

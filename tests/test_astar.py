@@ -68,7 +68,7 @@ def dijkstra_cost(costmap: Costmap, start: int, goal: int, weight: float) -> flo
 @given(
     seed=st.integers(0, 10_000),
     ends=st.tuples(*[st.integers(0, SIZE - 1)] * 4),
-    weight=st.sampled_from([0.0, 1.0, 10.0, 20.0]),
+    weight=st.sampled_from([0.0, 1.0, 10.0, 20.0, 1000.0]),
     blocked_part=st.sampled_from([0.0, 0.15, 0.4]),
     escape=st.booleans(),
 )
@@ -82,7 +82,7 @@ def test_the_cost_equals_that_of_dijkstra(
     want = dijkstra_cost(costmap, int(start @ [SIZE, 1]), int(goal @ [SIZE, 1]), weight)
     assert (path is None) == math.isinf(want)
     if path is not None:
-        assert path.cost == pytest.approx(want, abs=1e-9)
+        assert path.cost == pytest.approx(want, rel=1e-12, abs=1e-9)
         steps = np.diff(costmap.world_to_cell(path.points_in_world), axis=0)
         assert (np.abs(steps).max(axis=1) == 1).all()
         assert np.array_equal(path.points_in_world[[0, -1]], costmap.cell_to_world(np.array([start, goal])))
@@ -99,11 +99,34 @@ def test_a_search_with_used_memory_gives_what_a_fresh_one_gives() -> None:
         assert np.array_equal(again.points_in_world, fresh.points_in_world)
 
 
+def test_a_search_remembers_nothing_of_one_without_a_way_nor_of_a_map_of_another_shape() -> None:
+    search, ends = AStar(), np.array([[0.2, 0.2], [1.0, 0.9]])
+    wide = Costmap.covering([((0.0, 2.4), (0.0, 1.2))], RESOLUTION)
+    tall = Costmap.covering([((0.0, 1.2), (0.0, 2.4))], RESOLUTION)
+    closed = tall.copy()
+    closed.cost[:, 12] = LETHAL
+    assert wide.cost.size == tall.cost.size and wide.shape != tall.shape
+    for costmap, there_is_a_way in [(wide, True), (tall, True), (closed, False), (tall, True), (closed, False)]:
+        again, fresh = search.search(costmap, *ends), astar(costmap, *ends)
+        assert (again is not None) == (fresh is not None) == there_is_a_way
+        if again is not None and fresh is not None:
+            assert np.array_equal(again.points_in_world, fresh.points_in_world)
+            assert (again.cost, again.expanded) == (fresh.cost, fresh.expanded)
+
+
+def test_on_an_empty_floor_hardly_more_cells_are_expanded_than_the_way_has() -> None:
+    costmap = Costmap.covering([((0.0, 5.0), (0.0, 5.0))], RESOLUTION)
+    path = astar(costmap, np.array([0.52, 0.52]), np.array([4.02, 2.02]))
+    assert path is not None
+    assert path.cost == pytest.approx(RESOLUTION * (40 + 30 * math.sqrt(2.0)))
+    assert len(path.points_in_world) - 1 == 70 and 70 <= path.expanded <= 100
+
+
 def test_a_start_that_is_the_goal_is_a_way_of_one_point_and_no_cost() -> None:
     path = astar(grid(0, 0.0), np.array([0.51, 0.52]), np.array([0.53, 0.54]))
     assert path is not None
     assert path.points_in_world == pytest.approx(np.array([[0.525, 0.525]]))
-    assert path.cost == 0.0
+    assert path.cost == 0.0 and path.expanded == 1
 
 
 @pytest.mark.parametrize("point", [(-0.1, 0.5), (0.5, 5.0), (1.3, 1.3)])
@@ -184,7 +207,7 @@ def test_the_detour_grows_with_the_amplitude_of_a_cost() -> None:
     assert clearances[-1] > clearances[0] + 0.8
 
 
-@pytest.mark.parametrize("weight", [-0.1, math.nan, math.inf])
-def test_a_weight_that_would_break_the_heuristic_is_refused(weight: float) -> None:
+@pytest.mark.parametrize("weight", [-0.1, math.nan, math.inf, 10_000.1])
+def test_a_weight_that_would_break_the_heuristic_or_fill_the_memory_is_refused(weight: float) -> None:
     with pytest.raises(BadInputError, match="planner weight is"):
         AStar(weight=weight)
