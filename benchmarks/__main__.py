@@ -12,6 +12,7 @@ BENCHMARKS = (
     ("exhaustive_cnn",),
     ("rendered_people",),
     ("costmap",),
+    ("tracker",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )
