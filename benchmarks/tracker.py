@@ -2,7 +2,7 @@
 
 Usage: python -m benchmarks.tracker [--people 2 5 10 20] [--acceleration 0.3 1.5] [--seconds 20] [--seeds 3] [--limit 2]
 
-People walk, turn, stop and cross each other in a room of 12 x 12 m, never nearer than 0.5 m; the last rows are 20
+People walk, turn, stop and cross each other in a room of 12 x 12 m, half a metre apart at least; the last rows are 20
 people in 5 x 5 m. Ten scans a second find a person with probability 0.9 and 0.1 m of noise on each axis, and 0.005
 false measurements per square metre. All trackers have the same motion model, noise, gate, probability of detection and
 clutter density, and begin a track after three measurements. They differ in this:
