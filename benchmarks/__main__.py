@@ -12,6 +12,8 @@ BENCHMARKS = (
     ("exhaustive_cnn",),
     ("rendered_people",),
     ("planner",),
+    ("costmap",),
+    ("tracker",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )

@@ -46,6 +46,19 @@ def distances_between(first: Array, second: Array) -> Array:
 
 
 @dataclass
+class IdSwitches:
+    """How often one person is matched to another id than at their previous match."""
+
+    count: int = 0
+    last_id: int | None = None
+
+    def update(self, track_id: int) -> None:
+        """Take note of the id that the person is matched to."""
+        self.count += self.last_id is not None and self.last_id != track_id
+        self.last_id = track_id
+
+
+@dataclass
 class _Knowledge:
     """What has been known of one true person so far; times in [s]."""
 
@@ -55,8 +68,7 @@ class _Knowledge:
     first_track: float | None = None
     walking_since: float | None = None
     noticed_walking: float | None = None
-    last_id: int | None = None
-    id_switches: int = 0
+    id_switches: IdSwitches = field(default_factory=IdSwitches)
 
     def update(self, time: float, person: TruePerson, track: TrackedPerson | None, visible: bool) -> None:
         if self.possible_since is None and (visible or track is not None):
@@ -70,8 +82,7 @@ class _Knowledge:
     def _take_track(self, time: float, track: TrackedPerson) -> None:
         self.ticks_tracked += 1
         self.first_track = time if self.first_track is None else self.first_track
-        self.id_switches += self.last_id is not None and self.last_id != track.id
-        self.last_id = track.id
+        self.id_switches.update(track.id)
         if self.walking_since is not None and self.noticed_walking is None and track.posture is Posture.WALKING:
             self.noticed_walking = time
 
@@ -170,7 +181,7 @@ class PerceptionTally(Tally):
         values: dict[str, Value] = {
             "person_position_rmse": _root_mean_square(self._position_errors),
             "heading_error_rmse": _root_mean_square(self._heading_errors),
-            "id_switches": sum(known.id_switches for known in self._known.values()),
+            "id_switches": sum(known.id_switches.count for known in self._known.values()),
             "phantom_tracks": len(self._phantoms.total),
             "phantom_time_total": self._phantoms.total.total() * CONTROL_PERIOD,
             "phantom_time_longest": self._phantoms.longest * CONTROL_PERIOD,

@@ -12,11 +12,15 @@ from han_bullet.geometry import Array
 
 # In deviations: beyond it 252 g rounds to 0.
 REACH = math.sqrt(2.0 * math.log(2.0 * SOCIAL_MAX))
+# By a cell's cost: from this squared distance in deviations on, a Gaussian does not raise it, for 252 g + 0.5 is below
+# the cost's next number. The hair is for the rounding of exp and log. Blocked cells stay at any distance.
+ENOUGH = np.full(256, -1.0)
+ENOUGH[: SOCIAL_MAX + 1] = 2.0 * np.log(SOCIAL_MAX / (np.arange(SOCIAL_MAX + 1) + 0.5)) + 1e-9
 
 
 @numba.njit(cache=True)
-def asym_gauss(u: float, v: float, ahead: float, side: float, rear: float) -> float:
-    """Return exp(-u^2 / (2 b^2) - v^2 / (2 side^2)), b = ahead where u > 0, else rear.
+def squared_distance(u: float, v: float, ahead: float, side: float, rear: float) -> float:
+    """Return u^2 / b^2 + v^2 / side^2, b = ahead where u > 0, else rear: exp(-1/2 of it) is the asymmetric Gaussian.
 
     Args:
         u: Coordinate along the lobe, from the person [m].
@@ -26,9 +30,9 @@ def asym_gauss(u: float, v: float, ahead: float, side: float, rear: float) -> fl
         rear: Standard deviation [m] where u < 0; zero closes that side with a half plane.
     """
     if u < 0.0 and rear == 0.0:
-        return 0.0
+        return math.inf
     b = ahead if u >= 0.0 else rear
-    return math.exp(-0.5 * ((u / b) ** 2 + (v / side) ** 2))
+    return (u / b) ** 2 + (v / side) ** 2
 
 
 def raise_asym_gauss(
@@ -62,9 +66,11 @@ def raise_asym_gauss(
 
 def raise_disc(costmap: Costmap, centre_in_world: Array, radius: float, value: int) -> None:
     """Raise the cells whose centres lie within a radius [m] of a point, shape (2,) [m], to a value."""
-    window, x, y = costmap.centres_in_window(centre_in_world, radius)
-    inside = (x - centre_in_world[0]) ** 2 + (y - centre_in_world[1]) ** 2 <= radius**2
-    costmap.raise_to(window, inside * np.uint8(value))
+    x, y = float(centre_in_world[0]), float(centre_in_world[1])
+    rows, columns = costmap.window((x - radius, x + radius), (y - radius, y + radius))
+    first, origin = (rows.start, columns.start), tuple(costmap.origin_in_world.tolist())
+    window = costmap.cost[rows, columns]
+    _raise_disc(window, first, origin, costmap.resolution, (x, y), float(radius) ** 2, np.uint8(value))
 
 
 @numba.njit(cache=True)
@@ -79,13 +85,35 @@ def _raise_gauss(
     side: float,
     rear: float,
 ) -> None:
-    """Raise a window whose lower left corner lies at (left, bottom) from the peak [m]; blocked cells stay."""
+    """Raise a window whose lower left corner lies at (left, bottom) from the peak [m]; blocked cells stay.
+
+    The exponential is most of the time, so only cells that it can raise are asked for theirs.
+    """
     rows, columns = cost.shape
     for i in range(rows):
         y = bottom + (i + 0.5) * resolution
         for j in range(columns):
-            if cost[i, j] > SOCIAL_MAX:
-                continue
             x = left + (j + 0.5) * resolution
-            g = asym_gauss(c * x + s * y, c * y - s * x, ahead, side, rear)
-            cost[i, j] = max(cost[i, j], np.uint8(SOCIAL_MAX * g + 0.5))
+            distance = squared_distance(c * x + s * y, c * y - s * x, ahead, side, rear)
+            if distance < ENOUGH[cost[i, j]]:
+                cost[i, j] = max(cost[i, j], np.uint8(SOCIAL_MAX * math.exp(-0.5 * distance) + 0.5))
+
+
+@numba.njit(cache=True)
+def _raise_disc(
+    cost: Costs,
+    first: tuple[int, int],
+    origin: tuple[float, float],
+    resolution: float,
+    centre: tuple[float, float],
+    squared_radius: float,
+    value: np.uint8,
+) -> None:
+    """Raise the cells of a window that begins at a row and column of the map; centres as `Costmap` computes them."""
+    rows, columns = cost.shape
+    for i in range(rows):
+        dy = origin[1] + (first[0] + i + 0.5) * resolution - centre[1]
+        for j in range(columns):
+            dx = origin[0] + (first[1] + j + 0.5) * resolution - centre[0]
+            if dx**2 + dy**2 <= squared_radius:
+                cost[i, j] = max(cost[i, j], value)

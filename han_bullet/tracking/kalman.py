@@ -20,6 +20,9 @@ ACCELERATION_INTERVAL = 0.1
 INITIAL_SPEED_DEVIATION = 0.5
 
 _MEASURES_POSITION = np.eye(2, 4)
+# Of a state's matrices, the blocks of the positions, of the velocities, and from velocities to positions.
+_POSITIONS, _VELOCITIES = np.diag([1.0, 1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 1.0, 1.0])
+_FROM_VELOCITY = np.eye(4, k=2)
 
 
 @dataclass(frozen=True)
@@ -86,12 +89,10 @@ class ConstantVelocity:
         """Return the state after a duration [s]; a duration of zero or less changes nothing."""
         if duration <= 0.0:
             return state
-        transition, noise = np.eye(4), np.zeros((4, 4))
+        transition = np.eye(4) + duration * _FROM_VELOCITY
         across = self.density * duration**2 / 2.0
-        for axis in (0, 1):
-            transition[axis, axis + 2] = duration
-            noise[axis, axis], noise[axis + 2, axis + 2] = self.density * duration**3 / 3.0, self.density * duration
-            noise[axis, axis + 2] = noise[axis + 2, axis] = across
+        noise = (self.density * duration**3 / 3.0) * _POSITIONS + (self.density * duration) * _VELOCITIES
+        noise += across * (_FROM_VELOCITY + _FROM_VELOCITY.T)
         return MotionState(*predict(state.mean, state.covariance, F=transition, Q=noise))
 
     def correct(self, state: MotionState, position: Array, covariance: Array) -> MotionState:

@@ -121,12 +121,14 @@ class MultiCameraTracker(PeopleTracker):
         by_age = sorted(self._tracks, key=lambda t: (not t.confirmed, t.id or 0, t.born_time))
         for k, older in enumerate(by_age):
             for younger in by_age[k + 1 :]:
-                if older not in self._tracks or younger not in self._tracks:
-                    continue
                 if younger.is_duplicate_of(older):
-                    self._join(older, younger, time, "the same person as an older track")
+                    reason = "the same person as an older track"
                 elif younger.continues(older):
-                    self._join(older, younger, time, "where the person of an older track went")
+                    reason = "where the person of an older track went"
+                else:
+                    continue  # asked first: nearly all pairs, of which there are many in a crowd, end here
+                if older in self._tracks and younger in self._tracks:
+                    self._join(older, younger, time, reason)
 
     def _join(self, older: Track, younger: Track, time: float, reason: str) -> None:
         older.absorb(younger)
