@@ -8,7 +8,6 @@ in a result. Images travel through shared memory.
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import signal
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.model_files import DEFAULT
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
+from han_bullet.fork_server import worker_context
 from han_bullet.messages import Frame, FrameDetections
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
@@ -48,7 +48,8 @@ class DetectorChoice:
     classifier: str = DEFAULT
 
     def load(self) -> LoadedDetector:
-        """Return the detector."""
+        """Return the detector, for a process that uses one thread."""
+        use_one_thread()  # before a network is made ready: with two threads, that takes six times as long
         return load_detector(self.name, self.threshold, self.classifier)
 
 
@@ -96,7 +97,7 @@ class CameraWorkers(FrameSource, FrameDetector):
         self._memories = {
             name: SharedMemory(create=True, size=int(np.prod(shape))) for name, shape in self._shapes.items()
         }
-        context = multiprocessing.get_context("spawn")
+        context = worker_context()
         names = {name: memory.name for name, memory in self._memories.items()}
         self._workers: list[tuple[Any, Connection]] = []
         for index in range(min(count, len(cameras))):  # a camera is one task, so more could never be busy
