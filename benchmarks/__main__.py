@@ -9,6 +9,7 @@ BENCHMARKS = (
     ("detector",),
     ("network_forward",),
     ("stage_timing",),
+    ("footprint",),
     ("exhaustive_cnn",),
     ("rendered_people",),
     ("planner",),

@@ -8,7 +8,6 @@ in a result. Images travel through shared memory.
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import signal
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.model_files import DEFAULT
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
+from han_bullet.fork_server import worker_context
 from han_bullet.messages import Frame, FrameDetections
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
@@ -48,7 +48,8 @@ class DetectorChoice:
     classifier: str = DEFAULT
 
     def load(self) -> LoadedDetector:
-        """Return the detector."""
+        """Return the detector, for a process that uses one thread."""
+        use_one_thread()  # before a network is made ready: with two threads, that takes six times as long
         return load_detector(self.name, self.threshold, self.classifier)
 
 
@@ -84,7 +85,7 @@ class CameraWorkers(FrameSource, FrameDetector):
         seed: Of the image noise.
         cameras: Names of the cameras in use.
         choice: The detector that every worker loads.
-        count: Number of processes at most.
+        count: Number of processes at most; a camera is one task, so there are no more than cameras.
 
     Raises:
         WorkerDiedError: From any method, when a worker has ended.
@@ -96,18 +97,14 @@ class CameraWorkers(FrameSource, FrameDetector):
         self._memories = {
             name: SharedMemory(create=True, size=int(np.prod(shape))) for name, shape in self._shapes.items()
         }
-        context = multiprocessing.get_context("spawn")
-        names = {name: memory.name for name, memory in self._memories.items()}
         self._workers: list[tuple[Any, Connection]] = []
-        for index in range(min(count, len(cameras))):  # a camera is one task, so more could never be busy
-            ours, theirs = context.Pipe()
-            arguments = (theirs, world, seed, tuple(cameras), choice, names)
-            process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
-            process.start()
-            theirs.close()
-            self._workers.append((process, ours))
         self._threshold: float | None = None
         self._found: dict[tuple[str, float], FrameDetections] = {}
+        try:
+            self._start(world, seed, tuple(cameras), choice, min(count, len(cameras)))
+        except BaseException:  # above all the keyboard, while the server still imports
+            self.close()
+            raise
 
     def render(self, cameras: Sequence[str], state: SceneState) -> list[Image]:
         """Return one image per camera, shape (height, width, 3), uint8.
@@ -162,6 +159,17 @@ class CameraWorkers(FrameSource, FrameDetector):
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
+
+    def _start(self, world: World, seed: int, cameras: tuple[str, ...], choice: DetectorChoice, count: int) -> None:
+        context = worker_context()
+        names = {name: memory.name for name, memory in self._memories.items()}
+        for index in range(count):
+            ours, theirs = context.Pipe()
+            arguments = (theirs, world, seed, cameras, choice, names)
+            process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
+            process.start()
+            theirs.close()
+            self._workers.append((process, ours))
 
     def _view(self, camera: str) -> Image:
         return np.ndarray(self._shapes[camera], np.uint8, self._memories[camera].buf)
@@ -223,7 +231,10 @@ def _serve(
 ) -> None:
     """Answer tasks until the main process closes the connection; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the main process, which then closes the pipe
-    memories = {name: SharedMemory(memory) for name, memory in memory_names.items()}
+    try:
+        memories = {name: SharedMemory(memory) for name, memory in memory_names.items()}
+    except FileNotFoundError:  # the main process has gone already
+        return
     shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
     views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the main process has gone

@@ -1,11 +1,9 @@
-"""Where a result comes from: versions, commit; and what the run took: memory."""
+"""Where a result comes from: versions, commit, machine."""
 
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
-import resource
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -55,25 +53,3 @@ def git_commit() -> str:
 def _git(*arguments: str) -> str:
     command = ["git", "-C", str(_CHECKOUT), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-
-
-def peak_memory() -> int:
-    """Return the sum of the peaks of this process and of its children that are still running [MiB]."""
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return round((own + sum(map(_peak_of, _children()))) / 1024)
-
-
-def _children() -> list[str]:
-    own = os.getpid()
-    try:
-        return Path(f"/proc/{own}/task/{own}/children").read_text().split()
-    except OSError:
-        return []
-
-
-def _peak_of(process: str) -> int:
-    try:
-        lines = Path(f"/proc/{process}/status").read_text().splitlines()
-    except OSError:
-        return 0
-    return next((int(line.split()[1]) for line in lines if line.startswith("VmHWM")), 0)

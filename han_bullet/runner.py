@@ -21,15 +21,15 @@ from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
+from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
-from han_bullet.provenance import git_commit, peak_memory, sha256, versions
+from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
-from han_bullet.video import VideoRecorder
 from han_bullet.world_file import find_world, load_world
 from han_bullet.world_schema import Sit, World
 
@@ -240,6 +240,8 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         DetectionsRecorder(folder / "detections.csv"),
     ]
     if options.video:
+        from han_bullet.video import VideoRecorder  # with matplotlib for its letters
+
         recorders.append(VideoRecorder(folder / "video.mp4", world, show_cameras=options.perception == "cameras"))
     return recorders
 

@@ -117,6 +117,34 @@ def test_the_core_imports_without_torch_or_a_window() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+HEAVY = ("torch", "pybullet", "numba", "scipy", "matplotlib", "cv2", "numpy", "pydantic")
+
+
+@pytest.mark.parametrize(
+    ("code", "unneeded"),
+    [
+        ("import han_bullet.cli", HEAVY),
+        ("import han_bullet.fork_server", HEAVY),
+        ("import han_bullet.runner", ("torch", "matplotlib", "imageio_ffmpeg")),
+        ("from han_bullet.camera_workers import DetectorChoice; DetectorChoice().load()", ("matplotlib", "sympy")),
+    ],
+)
+def test_starting_imports_no_more_than_it_needs(code: str, unneeded: tuple[str, ...]) -> None:
+    check = f"import sys; {code}; print(*({set(unneeded)} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_a_run_with_true_perception_draws_and_detects_nothing_so_it_imports_neither(tmp_path: Path) -> None:
+    command = ["run", "real2", "--perception", "truth", "--no-video", "--out", str(tmp_path)]
+    check = (
+        f"import sys; from han_bullet.cli import main; main({command}); print('torch' in sys.modules, file=sys.stderr)"
+    )
+    check = check.replace("'torch' in sys.modules", "{'torch', 'matplotlib', 'imageio_ffmpeg'} & set(sys.modules)")
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "set()"
+
+
 def test_every_source_that_is_cited_stands_in_the_references_and_the_other_way_round() -> None:
     files = [*MODULES, *ROOT.glob("docs/*.md"), *PACKAGE.glob("models/*.md"), *ROOT.glob("urdf/*.py")]
     cited = {key for file in files for key in re.findall(r"\[([A-Z][A-Za-z]+(?:19|20)\d\d)\]", file.read_text())}

@@ -1,5 +1,9 @@
+import multiprocessing.context
 import os
 import signal
+from multiprocessing.context import ForkServerContext
+from multiprocessing.shared_memory import SharedMemory
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -57,6 +61,26 @@ def test_frames_that_the_workers_did_not_just_render_are_refused() -> None:
 def test_there_are_no_more_workers_than_cameras() -> None:
     with CameraWorkers(WORLD, 0, CAMERAS[:1], DetectorChoice(), count=4) as workers:
         assert len(workers.process_ids) == 1
+
+
+class Interrupted(multiprocessing.context.SpawnProcess):
+    """A process that the keyboard stops while it starts."""
+
+    memory_names: ClassVar[list[str]] = []
+
+    def start(self) -> None:
+        self.memory_names.extend(self._args[-1].values())  # type: ignore[attr-defined]
+        raise KeyboardInterrupt
+
+
+def test_a_start_that_the_keyboard_stops_leaves_no_shared_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ForkServerContext, "Process", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        CameraWorkers(WORLD, 0, CAMERAS, DetectorChoice(), count=2)
+    assert len(Interrupted.memory_names) == len(CAMERAS)
+    for name in Interrupted.memory_names:
+        with pytest.raises(FileNotFoundError):
+            SharedMemory(name)
 
 
 def test_a_worker_that_is_killed_is_reported_by_name() -> None:

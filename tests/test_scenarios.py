@@ -245,9 +245,13 @@ def test_a_hand_over_to_nobody_does_not_count_as_arrived(tmp_path: Path) -> None
     assert float(last[1]) == pytest.approx(3.5, abs=0.2)
 
 
-def camera_processes(parent: int) -> list[int]:
-    children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+def children(process: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def camera_processes(run: int) -> list[int]:
+    (server,) = (child for child in children(run) if b"forkserver" in Path(f"/proc/{child}/cmdline").read_bytes())
+    return children(server)
 
 
 @pytest.mark.scenario

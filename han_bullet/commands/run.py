@@ -55,6 +55,10 @@ def add(commands: Commands[Parser]) -> None:
 
 
 def _run(options: argparse.Namespace, console: Console) -> int:
+    if options.perception == "cameras" and options.workers > 1:
+        from han_bullet.fork_server import worker_context
+
+        worker_context()  # its server imports while this process imports the rest
     from han_bullet.camera_workers import DetectorChoice
     from han_bullet.progress import ProgressBar
     from han_bullet.runner import RunOptions, run_world

@@ -72,7 +72,9 @@ def _frozen(network: CropNetwork) -> torch.jit.ScriptModule:
     example = as_batch(np.zeros((1, network.height, network.width, 3), np.uint8))
     with torch.inference_mode(), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # colours are subtracted as constants, which is what they are
-        frozen: torch.jit.ScriptModule = torch.jit.freeze(torch.jit.trace(network, example))  # type: ignore[no-untyped-call]
+        # The check would trace again and import SymPy to compare: half a second, for networks without branches.
+        traced = torch.jit.trace(network, example, check_trace=False)  # type: ignore[no-untyped-call]
+        frozen: torch.jit.ScriptModule = torch.jit.freeze(traced)
     return frozen
 
 

@@ -1,0 +1,33 @@
+"""Where worker processes come from: a server process that imports once what they all need, and forks them.
+
+Torch, numba and what they draw in cost a process one and a half seconds and 250 MB. With a server, the workers share
+both, and a server that is started early imports while the main process does other things.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from multiprocessing import forkserver, resource_tracker
+from multiprocessing.context import ForkServerContext
+
+# Importing these starts no thread that a fork would lose, and opens nothing. Numba imports its arraymath, and with it
+# SciPy's linear algebra, at the first call of a compiled function.
+IMPORTED = ("han_bullet.camera_workers", "han_bullet.detection.cnn", "numba.np.arraymath")
+
+
+def worker_context() -> ForkServerContext:
+    """Return the context whose processes the server forks.
+
+    The server starts with the first call, so call it early; it ends with the calling process.
+    """
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(IMPORTED))
+    resource_tracker.ensure_running()  # which would unblock the signal again
+    # What is blocked here stays so in the server: Ctrl-C is for the main process, which then ends the others.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    return context

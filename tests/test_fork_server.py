@@ -1,0 +1,40 @@
+"""The server that worker processes are forked from: what they find there, and whom Ctrl-C reaches."""
+
+import importlib.util
+import os
+import signal
+import sys
+from multiprocessing.connection import Connection
+
+from han_bullet.fork_server import IMPORTED, worker_context
+
+
+def tell(connection: Connection) -> None:
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    connection.send((os.getppid(), sorted(set(IMPORTED) & set(sys.modules)), signal.SIGINT in blocked))
+
+
+def told_by_a_worker() -> tuple[int, list[str], bool]:
+    context = worker_context()
+    ours, theirs = context.Pipe()
+    worker = context.Process(target=tell, args=(theirs,))
+    worker.start()
+    told: tuple[int, list[str], bool] = ours.recv()
+    worker.join()
+    return told
+
+
+def test_everything_that_is_imported_early_exists() -> None:
+    assert all(importlib.util.find_spec(name) for name in IMPORTED)  # the server passes over what does not
+
+
+def test_workers_come_from_one_server_that_has_imported_for_them() -> None:
+    (server, imported, _), (again, _, _) = told_by_a_worker(), told_by_a_worker()
+    assert imported == sorted(IMPORTED)
+    assert server == again != os.getpid()
+
+
+def test_the_keyboard_stops_the_main_process_alone() -> None:
+    _, _, blocked = told_by_a_worker()
+    assert blocked
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
