@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,7 @@ import numba
 import numpy as np
 
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.cascade import Ints, feature_offsets, feature_rows, scan
+from han_bullet.detection.cascade import feature_offsets, feature_rows, scan
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
@@ -76,6 +77,7 @@ class AcfDetector(Detector):
         self.smallest_area = model.smallest_box_area
         self._window_rows = model.window_height // model.window_cell
         self._window_columns = model.window_width // model.window_cell
+        self._edges = functools.lru_cache(maxsize=256)(self._find_edges)  # a camera's images all have one size
         self._feature_rows = feature_rows(model.features, self._window_columns, model.window_channels)
 
     def detect(self, image: Image, area: SearchArea | None = None) -> Detections:
@@ -124,22 +126,17 @@ class AcfDetector(Detector):
             channels, part, offsets, model.thresholds, model.leaves, model.cascade_threshold
         )
         boxes = np.empty((rows.size, 4))
-        boxes[:, 0] = self._lefts(columns + level.first_column, size)
-        boxes[:, 1] = self._tops(rows + level.first_row, size)
+        lefts, tops = self._edges(size)
+        boxes[:, 0], boxes[:, 1] = lefts[columns + level.first_column], tops[rows + level.first_row]
         boxes[:, 2], boxes[:, 3] = model.person_width / size.scale, model.person_height / size.scale
         return Scan(boxes, scores.astype(np.float64), int(np.count_nonzero(part)), trees)
 
     def _windows(self, size: LevelSize, area: SearchArea | None) -> Windows:
         """Return which windows of a level to look at, by their first row and column."""
-        model = self.model
-        level_rows, level_columns = self._padded(size)
-        if model.filters is not None:
-            level_rows, level_columns = halved(level_rows), halved(level_columns)
-        rows, columns = max(level_rows - self._window_rows + 1, 0), max(level_columns - self._window_columns + 1, 0)
+        lefts, tops = self._edges(size)
         if area is None:
-            return np.ones((rows, columns), np.bool_)
-        lefts, tops = self._lefts(np.arange(columns), size), self._tops(np.arange(rows), size)
-        return area.windows(lefts, tops, model.person_width / size.scale, model.person_height / size.scale)
+            return np.ones((tops.size, lefts.size), np.bool_)
+        return area.windows(lefts, tops, self.model.person_width / size.scale, self.model.person_height / size.scale)
 
     def _looked_at(self, windows: Windows, size: LevelSize) -> Region | None:
         """Return the part of a padded level [cells] that its windows look at."""
@@ -158,17 +155,17 @@ class AcfDetector(Detector):
         padding_rows, padding_columns = self.model.pyramid_settings.padding
         return size.rows + 2 * padding_rows, size.columns + 2 * padding_columns
 
-    def _lefts(self, columns: Ints, size: LevelSize) -> Array:
-        """Return the left edges of the people [px] in the windows that start in some columns of a level."""
+    def _find_edges(self, size: LevelSize) -> tuple[Array, Array]:
+        """Return the left and the upper edges of the people [px] in the windows of a level, by column and by row."""
         model = self.model
-        margin = 0.5 * (model.window_width - model.person_width) - model.padding_width
-        return np.asarray((columns * model.window_cell + margin) / size.scale_x, np.float64)
-
-    def _tops(self, rows: Ints, size: LevelSize) -> Array:
-        """Return the upper edges of the people [px] in the windows that start in some rows of a level."""
-        model = self.model
-        margin = 0.5 * (model.window_height - model.person_height) - model.padding_height
-        return np.asarray((rows * model.window_cell + margin) / size.scale_y, np.float64)
+        rows, columns = self._padded(size)
+        if model.filters is not None:
+            rows, columns = halved(rows), halved(columns)
+        beside = 0.5 * (model.window_width - model.person_width) - model.padding_width
+        above = 0.5 * (model.window_height - model.person_height) - model.padding_height
+        lefts = np.arange(max(columns - self._window_columns + 1, 0)) * model.window_cell + beside
+        tops = np.arange(max(rows - self._window_rows + 1, 0)) * model.window_cell + above
+        return np.asarray(lefts / size.scale_x, np.float64), np.asarray(tops / size.scale_y, np.float64)
 
 
 def _bounds(windows: Windows) -> tuple[range, range]:
