@@ -22,9 +22,11 @@ from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.model_files import DEFAULT
+from han_bullet.detection.scan_limits import SHORTEST_SEATED, ScanLimits, limits_on_floor
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.fork_server import worker_context
+from han_bullet.geometry import Pose2D, camera_on_robot
 from han_bullet.messages import Frame, FrameDetections
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
@@ -59,17 +61,28 @@ class CameraStation:
     Args:
         world: The concrete world.
         seed: Of the image noise.
-        cameras: Names of the cameras in use; the fixed ones calibrate the detector with a person-free image.
+        cameras: Names of the cameras in use: each tells how high people appear to it, and a fixed one gives a
+            person-free image.
         detector: Of single images.
     """
 
     def __init__(self, world: World, seed: int, cameras: Sequence[str], detector: Detector) -> None:
         use_one_thread()
         self.frames = InProcessRenderer(world, seed)
-        self.detector = CameraDetector(detector)
+        areas = {name: _limits(world.camera(name)) for name in cameras}
+        self.detector = CameraDetector(detector, areas)
         fixed = [world.camera(name) for name in cameras if isinstance(world.camera(name), CeilingCamera)]
         images = self.frames.calibration_images([camera.name for camera in fixed])
         self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
+
+
+def _limits(camera: CeilingCamera | OnboardCamera) -> ScanLimits:
+    """Return how high people appear to a camera; the robot's has the same place over the floor wherever it drives."""
+    if isinstance(camera, CeilingCamera):
+        over_floor = camera.camera_in_world
+    else:
+        over_floor = camera_on_robot(Pose2D(0.0, 0.0, 0.0), camera.forward, camera.height, camera.pitch_down)
+    return limits_on_floor(camera.intrinsics, over_floor, shortest=SHORTEST_SEATED)
 
 
 def _calibration_frame(camera: CeilingCamera | OnboardCamera, image: Image) -> Frame:

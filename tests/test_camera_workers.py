@@ -10,6 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
+from han_bullet.detection.acf import Scan
+from han_bullet.detection.pedestrian_detector import PedestrianDetector
+from han_bullet.detection.search_area import SearchArea
 from han_bullet.errors import BadInputError, HanError, WorkerDiedError
 from han_bullet.messages import Frame
 from han_bullet.sim.simulator import Simulator
@@ -101,3 +104,28 @@ def test_a_detector_that_does_not_exist_is_reported_by_the_main_process() -> Non
         pytest.raises(BadInputError, match="nothing_like_it"),
     ):
         workers.wait_until_ready()
+
+
+def test_every_camera_of_the_stack_looks_at_the_windows_that_its_limits_and_changes_leave() -> None:
+    detector = DetectorChoice().load()
+    assert isinstance(detector, PedestrianDetector)
+    station = CameraStation(WORLD, 0, CAMERAS, detector)
+    looked_at: list[int] = []
+    whole_scan = detector.proposer.scan
+
+    def counted(image: NDArray[np.uint8], area: SearchArea | None = None) -> Scan:
+        found = whole_scan(image, area)
+        looked_at.append(found.windows)
+        return found
+
+    detector.proposer.scan = counted  # type: ignore[method-assign]
+    with Simulator(WORLD, renderer=None) as simulator:
+        simulator.reset()
+        images = station.frames.render(CAMERAS, simulator.render_state)
+    (ceiling, onboard) = station.detector.detect(frames(images))
+    everywhere = whole_scan(images[0]).windows
+    assert len(ceiling.boxes) == len(onboard.boxes) == 1
+    assert everywhere == 73_888
+    assert 0 < looked_at[0] < 0.2 * everywhere
+    assert 0 < looked_at[1] < 0.4 * everywhere
+    station.frames.close()

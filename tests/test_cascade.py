@@ -10,9 +10,9 @@ from han_bullet.detection.channels import CHANNELS
 ROWS, COLUMNS = 4, 3  # a small window [cells]
 
 
-def first_rows(level_rows: int) -> np.ndarray:
-    """Where windows may start in a level of so many rows."""
-    return np.arange(max(level_rows - ROWS + 1, 0), dtype=np.int32)
+def all_windows(rows: int, columns: int) -> np.ndarray:
+    """All windows of a level of so many rows and columns, by where they start."""
+    return np.ones((max(rows - ROWS + 1, 0), max(columns - COLUMNS + 1, 0)), np.bool_)
 
 
 def random_trees(rng: np.random.Generator, trees: int, depth: int = 2) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -49,7 +49,7 @@ def test_the_scan_equals_the_trees_applied_to_each_window(
     level = rng.random((rows, columns, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 12, depth)
     offsets = offsets_in(features, columns)
-    *found, trees = scan(level, first_rows(rows), COLUMNS, offsets, thresholds, leaves, give_up)
+    *found, trees = scan(level, all_windows(rows, columns), offsets, thresholds, leaves, give_up)
     expected, expected_trees = [], 0
     for row in range(rows - ROWS + 1):
         for column in range(columns - COLUMNS + 1):
@@ -68,11 +68,10 @@ def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
     features, thresholds, leaves = random_trees(rng, 20)
     deeper = np.concatenate([features, np.zeros((20, 4), np.int32)], axis=1)
     deeper_thresholds = np.concatenate([thresholds, rng.random((20, 4), np.float32)], axis=1)
-    shallow = scan(level, first_rows(30), COLUMNS, offsets_in(features, 30), thresholds, leaves, -1.0)
+    shallow = scan(level, all_windows(30, 30), offsets_in(features, 30), thresholds, leaves, -1.0)
     deep = scan(
         level,
-        first_rows(30),
-        COLUMNS,
+        all_windows(30, 30),
         offsets_in(deeper, 30),
         deeper_thresholds,
         np.repeat(leaves, 2, axis=1),
@@ -82,15 +81,15 @@ def test_trees_of_depth_two_score_alike_in_a_deeper_frame() -> None:
     assert all(np.array_equal(one, other) for one, other in zip(shallow, deep, strict=True))
 
 
-def test_rows_left_out_are_not_looked_at() -> None:
+def test_windows_left_out_are_not_looked_at() -> None:
     rng = np.random.default_rng(7)
     level = rng.random((30, 20, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 30)
     offsets = offsets_in(features, 20)
-    everything = scan(level, first_rows(30), COLUMNS, offsets, thresholds, leaves, -0.5)
-    chosen = np.array([2, 3, 11, 26], np.int32)
-    some = scan(level, chosen, COLUMNS, offsets, thresholds, leaves, -0.5)
-    in_chosen = np.isin(everything[0], chosen)
+    everything = scan(level, all_windows(30, 20), offsets, thresholds, leaves, -0.5)
+    chosen = rng.random(all_windows(30, 20).shape) < 0.3
+    some = scan(level, chosen, offsets, thresholds, leaves, -0.5)
+    in_chosen = chosen[everything[0], everything[1]]
     assert 0 < in_chosen.sum() < in_chosen.size
     assert all(np.array_equal(part, whole[in_chosen]) for part, whole in zip(some[:3], everything[:3], strict=True))
     assert some[3] < everything[3]
@@ -101,8 +100,8 @@ def test_a_lower_limit_never_loses_a_window() -> None:
     level = rng.random((20, 20, CHANNELS), np.float32)
     features, thresholds, leaves = random_trees(rng, 30)
     offsets = offsets_in(features, 20)
-    strict = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -0.5)
-    loose = scan(level, first_rows(20), COLUMNS, offsets, thresholds, leaves, -5.0)
+    strict = scan(level, all_windows(20, 20), offsets, thresholds, leaves, -0.5)
+    loose = scan(level, all_windows(20, 20), offsets, thresholds, leaves, -5.0)
     places = [set(zip(found[0].tolist(), found[1].tolist(), strict=True)) for found in (strict, loose)]
     assert 0 < len(places[0]) < len(places[1])
     assert places[0] <= places[1]

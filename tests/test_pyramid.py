@@ -1,5 +1,6 @@
 """Smoothing, padding, cells and the approximated levels."""
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,11 +13,13 @@ from han_bullet.detection.pictures import read_picture
 from han_bullet.detection.pyramid import (
     PADDING_COLUMNS,
     PADDING_ROWS,
+    Level,
     PyramidSettings,
     build_pyramid,
     smooth,
     smooth_and_pad,
 )
+from han_bullet.detection.region import Region
 from han_bullet.detection.scales import LevelSize
 
 SETTINGS = PyramidSettings((0.0, 0.11579, 0.11579), smallest=(100, 41))
@@ -24,6 +27,12 @@ SETTINGS = PyramidSettings((0.0, 0.11579, 0.11579), smallest=(100, 41))
 
 def cells(seed: int, rows: int, columns: int) -> np.ndarray:
     return np.random.default_rng(seed).random((rows, columns, CHANNELS), dtype=np.float32)
+
+
+@functools.cache
+def whole_pyramid(height: int, width: int) -> list[Level]:
+    image = np.random.default_rng(4).integers(0, 256, (height, width, 3), dtype=np.uint8)
+    return build_pyramid(image, SETTINGS)
 
 
 def test_smoothing_spreads_a_point_by_one_two_one() -> None:
@@ -54,24 +63,32 @@ def test_the_real_scale_holds_the_smoothed_channels_of_the_image() -> None:
 
 @pytest.mark.parametrize("chosen", [[], [0], [3, 9], [16], range(5, 15)])
 @pytest.mark.parametrize(("first", "last"), [(0, 999), (0, 9), (3, 4), (4, 40), (11, 30), (20, 999), (-1, 999)])
-def test_rows_that_nobody_looks_at_are_left_out_and_the_others_stay_as_they_are(
-    chosen: Sequence[int], first: int, last: int
+@pytest.mark.parametrize(("left", "right"), [(0, 999), (0, 8), (5, 6), (12, 999), (-1, 999)])
+@pytest.mark.parametrize(("height", "width"), [(410, 420), (416, 448)])
+def test_parts_that_nobody_looks_at_are_left_out_and_the_others_stay_as_they_are(
+    chosen: Sequence[int], first: int, last: int, left: int, right: int, height: int, width: int
 ) -> None:
-    image = np.random.default_rng(4).integers(0, 256, (410, 420, 3), dtype=np.uint8)
-    everything = build_pyramid(image, SETTINGS)
+    image = np.random.default_rng(4).integers(0, 256, (height, width, 3), dtype=np.uint8)
+    everything = whole_pyramid(height, width)
     assert len(everything) == 17
     sizes = [everything[number].size for number in chosen]
 
-    def needed(size: LevelSize) -> range:
-        rows = range(size.rows + 2 * PADDING_ROWS)[first:last]  # -1: the last row only
-        return rows if size in sizes else range(0)
+    def needed(size: LevelSize) -> Region | None:
+        rows, columns = size.rows + 2 * PADDING_ROWS, size.columns + 2 * PADDING_COLUMNS
+        part = Region(range(rows)[first:last], range(columns)[left:right], (rows, columns))  # -1: the last one only
+        return part if size in sizes else None
 
     some = build_pyramid(image, SETTINGS, needed)
     assert [level.size for level in some] == sizes
     for number, level in zip(chosen, some, strict=True):
-        rows = np.array(needed(level.size))
-        assert rows.size > 0
-        assert np.array_equal(level.channels[rows - level.first_row], everything[number].channels[rows])
+        part = needed(level.size)
+        assert part is not None and len(part.rows) > 0 and len(part.columns) > 0
+        made = Region(
+            range(level.first_row, level.first_row + level.channels.shape[0]),
+            range(level.first_column, level.first_column + level.channels.shape[1]),
+            part.grid,
+        )
+        assert np.array_equal(level.channels[part.within(made)], everything[number].channels[part.slices])
 
 
 def test_smaller_cells_and_other_padding_make_larger_levels() -> None:

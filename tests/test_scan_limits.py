@@ -9,10 +9,15 @@ from hypothesis import strategies as st
 
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.acf_model import AcfModel
+from han_bullet.detection.detector import Detector
+from han_bullet.detection.nms import suppress
+from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.scales import level_sizes
-from han_bullet.detection.scan_limits import BOX_TOLERANCE, ScanLimits, limits_on_floor
+from han_bullet.detection.scan_limits import BOX_TOLERANCE, SHORTEST_SEATED, ScanLimits, limits_on_floor
+from han_bullet.detection.search_area import Both, SearchArea
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics, look_at, project
+from han_bullet.messages import Detections
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 CEILING = look_at(np.array([0.2, 0.0, 2.6]), np.array([6.2, 0.0, 0.9]))
@@ -48,6 +53,67 @@ def test_a_limited_scan_is_the_whole_scan_filtered_by_the_same_limits(
     assert np.array_equal(limited.scores, whole.scores[allowed])
     assert limited.windows <= whole.windows
     assert limited.trees <= whole.trees
+
+
+class RandomArea(SearchArea):
+    """Allows each box or not, by its place and size alone."""
+
+    def __init__(self, seed: int, share: float, left: float, right: float) -> None:
+        self.seed, self.share, self.left, self.right = seed, share, left, right
+
+    def windows(self, x: np.ndarray, y: np.ndarray, width: float, height: float) -> np.ndarray:
+        there = (self.left <= x[np.newaxis, :]) & (x[np.newaxis, :] <= self.right) & (height > 0.0)
+        lot = np.sin(self.seed + 12.9 * x[np.newaxis, :] + 78.2 * y[:, np.newaxis] + 37.7 * height + width)
+        return there & (lot * 43758.5 % 1.0 < self.share)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.integers(0, 99),
+    st.floats(0.0, 1.0),
+    st.floats(-20.0, 340.0),
+    st.floats(0.0, 300.0),
+    st.sampled_from([(300, 340), (320, 352)]),
+)
+def test_what_a_detector_proposes_in_an_area_is_the_whole_scan_filtered_before_suppression(
+    seed: int, share: float, left: float, across: float, shape: tuple[int, int]
+) -> None:
+    proposer = AcfDetector(permissive_model())
+    image = np.zeros((*shape, 3), np.uint8)
+    image[:300, :340] = IMAGE
+    area = RandomArea(seed, share, left, left + across)
+    whole, found = proposer.scan(image), proposer.scan(image, area)
+    allowed = area.allow_boxes(whole.boxes)
+    assert np.array_equal(found.boxes, whole.boxes[allowed])
+    assert np.array_equal(found.scores, whole.scores[allowed])
+    proposals = PedestrianDetector(proposer, None, -math.inf).propose(image, area)
+    kept = suppress(whole.boxes[allowed], whole.scores[allowed])
+    assert np.array_equal(proposals.boxes, whole.boxes[allowed][kept])
+
+
+def test_a_detector_that_knows_no_areas_proposes_what_they_allow() -> None:
+    class Two(Detector):
+        def detect(self, image: np.ndarray) -> Detections:
+            return Detections(np.array([[10.0, 10, 40, 100], [90, 10, 40, 100]]), np.array([2.0, 1]), np.ones(2))
+
+    left = RandomArea(0, 1.0, 0.0, 50.0)
+    assert len(Two().propose(IMAGE).boxes) == 2
+    assert Two().propose(IMAGE, left).boxes.tolist() == [[10.0, 10.0, 40.0, 100.0]]
+    assert Two().propose(IMAGE, Both(left, RandomArea(0, 1.0, 60.0, 99.0))).boxes.shape == (0, 4)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(2.5, 9.0), st.floats(-1.0, 1.0), st.floats(1.2, 1.45))
+def test_who_sits_is_allowed_from_every_side(facing: float, ahead: float, aside: float, crown: float) -> None:
+    limits = limits_on_floor(INTRINSICS, CEILING, shortest=SHORTEST_SEATED)
+    seat = np.array([ahead, aside])
+    toes = seat + 0.55 * np.array([math.cos(facing), math.sin(facing)])
+    # The lowest part that shows is the feet, or the body's back over the floor beneath the seat.
+    points = np.array([[*toes, 0.0], [*seat, 0.0], [*seat, crown]])
+    pixels, depths = project(points, INTRINSICS, CEILING)
+    assert depths.min() > 0.0
+    lowest, top = pixels[:2, 1].max(), pixels[2, 1]
+    assume(lowest < 480.0)
+    assert limits.allow(np.array([lowest]), np.array([lowest - top]))[0]
 
 
 def test_limits_that_allow_everything_change_nothing_and_that_allow_nothing_leave_nothing() -> None:

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.detection.still_scene import CHANGED_LEVEL, LEAST_CHANGED_PART, StillScene, changed_part, may_hold
+from han_bullet.detection.still_scene import (
+    CHANGED_LEVEL,
+    LEAST_CHANGED_PART,
+    ChangedArea,
+    StillScene,
+    changed_part,
+    may_hold,
+)
 from han_bullet.errors import BadInputError
 
 BOX = np.array([[100.0, 60.0, 41.0, 100.0]])
@@ -78,6 +85,18 @@ def test_a_frame_that_may_hold_nothing_has_no_box_to_keep(x, y, width, height, b
     changes = scene.changes(image)
     if not may_hold(changes, 0.41 * 100.0**2):
         assert not scene.keep(changes, boxes).any()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(60.0, 200.0), st.floats(0.0, 0.4))
+def test_the_area_of_change_allows_the_boxes_that_are_kept_where_the_empty_scene_has_no_mistakes(seed, height, share):
+    rng = np.random.default_rng(seed)
+    changes = rng.random((60, 80)) < share * rng.random((60, 1))
+    x, y = np.linspace(-30.0, 330.0, 23) + rng.random(), np.linspace(-20.0, 250.0, 19) + rng.random()
+    boxes = np.array([(u, v, 0.41 * height, height) for v in y for u in x])
+    kept = StillScene(room(), np.zeros((0, 4))).keep(changes, boxes)
+    area = ChangedArea(changes)
+    assert np.array_equal(area.windows(x, y, 0.41 * height, height).ravel(), kept)
+    assert np.array_equal(area.allow_boxes(boxes), kept)
 
 
 def test_part_of_a_box_beyond_the_image_counts_as_unchanged():

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numba
 import numpy as np
 
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.cascade import Ints, feature_offsets, feature_rows, scan
+from han_bullet.detection.cascade import feature_offsets, feature_rows, scan
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
 from han_bullet.detection.nms import suppress
 from han_bullet.detection.pictures import Image, check_rgb
 from han_bullet.detection.pyramid import Level, build_pyramid
+from han_bullet.detection.region import Region
 from han_bullet.detection.scales import LevelSize, level_sizes
-from han_bullet.detection.scan_limits import ScanLimits
+from han_bullet.detection.search_area import SearchArea, Windows
 from han_bullet.detection.toolbox import load_toolbox_model
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
@@ -72,15 +75,17 @@ class AcfDetector(Detector):
     def __init__(self, model: AcfModel) -> None:
         self.model = model
         self.smallest_area = model.smallest_box_area
+        self._window_rows = model.window_height // model.window_cell
         self._window_columns = model.window_width // model.window_cell
+        self._edges = functools.lru_cache(maxsize=256)(self._find_edges)  # a camera's images all have one size
         self._feature_rows = feature_rows(model.features, self._window_columns, model.window_channels)
 
-    def detect(self, image: Image, limits: ScanLimits | None = None) -> Detections:
+    def detect(self, image: Image, area: SearchArea | None = None) -> Detections:
         """Return the people found in an image by falling score.
 
         Args:
             image: RGB, shape (h, w, 3), uint8.
-            limits: How high people may be, by where their feet are; None looks for people of all sizes everywhere.
+            area: Where people may be; None looks for people of all sizes everywhere.
 
         Returns:
             Boxes as high as the person, with probability 1.
@@ -88,19 +93,19 @@ class AcfDetector(Detector):
         Raises:
             BadInputError: If the array is not such an image.
         """
-        found = self.scan(image, limits)
+        found = self.scan(image, area)
         kept = suppress(found.boxes, found.scores)
         return Detections(found.boxes[kept], found.scores[kept], np.ones(len(kept)))
 
-    def scan(self, image: Image, limits: ScanLimits | None = None) -> Scan:
+    def scan(self, image: Image, area: SearchArea | None = None) -> Scan:
         """Return every window that passes the cascade, before non-maximum suppression; arguments as for `detect`."""
         check_rgb(image)
         model = self.model
         sizes = level_sizes(image.shape[0], image.shape[1], (model.person_height, model.person_width), model.cell)
-        rows = {size: self._window_rows(size, limits) for size in sizes}
-        needed = None if limits is None else lambda size: self._level_rows(rows[size], size)
+        windows = {size: self._windows(size, area) for size in sizes}
+        needed = None if area is None else lambda size: self._looked_at(windows[size], size)
         levels = build_pyramid(image, model.pyramid_settings, needed)
-        found = [self._scan_level(level, rows[level.size]) for level in levels]
+        found = [self._scan_level(level, windows[level.size]) for level in levels]
         return Scan(
             np.concatenate([np.empty((0, 4)), *(scan.boxes for scan in found)]),
             np.concatenate([np.empty(0), *(scan.scores for scan in found)]),
@@ -108,46 +113,73 @@ class AcfDetector(Detector):
             sum(scan.trees for scan in found),
         )
 
-    def _scan_level(self, level: Level, window_rows: Ints) -> Scan:
-        """Return what is found in the windows that start in some rows of a level."""
+    def _scan_level(self, level: Level, windows: Windows) -> Scan:
+        """Return what is found in some windows of a level."""
         model, size = self.model, level.size
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
-        window_columns = self._window_columns
-        offsets = feature_offsets(model.features, self._feature_rows, window_columns, *channels.shape[1:])
-        rows_in_band = window_rows - np.int32(level.first_row)
+        offsets = feature_offsets(model.features, self._feature_rows, self._window_columns, *channels.shape[1:])
+        part = windows[
+            level.first_row : level.first_row + max(channels.shape[0] - self._window_rows + 1, 0),
+            level.first_column : level.first_column + max(channels.shape[1] - self._window_columns + 1, 0),
+        ]
         rows, columns, scores, trees = scan(
-            channels, rows_in_band, window_columns, offsets, model.thresholds, model.leaves, model.cascade_threshold
+            channels, part, offsets, model.thresholds, model.leaves, model.cascade_threshold
         )
         boxes = np.empty((rows.size, 4))
-        margin = 0.5 * (model.window_width - model.person_width) - model.padding_width
-        boxes[:, 0] = (columns * model.window_cell + margin) / size.scale_x
-        boxes[:, 1] = self._tops(rows + level.first_row, size)
+        lefts, tops = self._edges(size)
+        boxes[:, 0], boxes[:, 1] = lefts[columns + level.first_column], tops[rows + level.first_row]
         boxes[:, 2], boxes[:, 3] = model.person_width / size.scale, model.person_height / size.scale
-        windows = window_rows.size * max(channels.shape[1] - window_columns + 1, 0)
-        return Scan(boxes, scores.astype(np.float64), windows, trees)
+        return Scan(boxes, scores.astype(np.float64), int(np.count_nonzero(part)), trees)
 
-    def _window_rows(self, size: LevelSize, limits: ScanLimits | None) -> Ints:
-        """Return the rows of a level [cells] where windows start that may hold a person."""
-        model = self.model
-        level_rows = size.rows + 2 * (model.padding_height // model.cell)
-        if model.filters is not None:
-            level_rows = halved(level_rows)
-        rows = np.arange(max(level_rows - model.window_height // model.window_cell + 1, 0), dtype=np.int32)
-        if limits is None:
-            return rows
-        height = model.person_height / size.scale
-        return rows[limits.allow(self._tops(rows, size) + height, height)]
+    def _windows(self, size: LevelSize, area: SearchArea | None) -> Windows:
+        """Return which windows of a level to look at, by their first row and column."""
+        lefts, tops = self._edges(size)
+        if area is None:
+            return np.ones((tops.size, lefts.size), np.bool_)
+        return area.windows(lefts, tops, self.model.person_width / size.scale, self.model.person_height / size.scale)
 
-    def _level_rows(self, window_rows: Ints, size: LevelSize) -> range:
-        """Return the rows of a padded level [cells] that its windows look at, given the first of each."""
-        if not window_rows.size:
-            return range(0)
+    def _looked_at(self, windows: Windows, size: LevelSize) -> Region | None:
+        """Return the part of a padded level [cells] that its windows look at."""
+        rows, columns = _bounds(windows)
+        if not len(rows):
+            return None
         if self.model.filters is not None:
-            return range(size.rows + 2 * (self.model.padding_height // self.model.cell))
-        return range(int(window_rows[0]), int(window_rows[-1]) + self.model.window_height // self.model.cell)
+            return Region.all_of(*self._padded(size))
+        below, beside = self._window_rows - 1, self._window_columns - 1
+        return Region(
+            range(rows.start, rows.stop + below), range(columns.start, columns.stop + beside), self._padded(size)
+        )
 
-    def _tops(self, rows: Ints, size: LevelSize) -> Array:
-        """Return the upper edges of the people [px] in the windows that start in some rows of a level."""
+    def _padded(self, size: LevelSize) -> tuple[int, int]:
+        """Return rows and columns of a level with its padding [cells]."""
+        padding_rows, padding_columns = self.model.pyramid_settings.padding
+        return size.rows + 2 * padding_rows, size.columns + 2 * padding_columns
+
+    def _find_edges(self, size: LevelSize) -> tuple[Array, Array]:
+        """Return the left and the upper edges of the people [px] in the windows of a level, by column and by row."""
         model = self.model
-        margin = 0.5 * (model.window_height - model.person_height) - model.padding_height
-        return np.asarray((rows * model.window_cell + margin) / size.scale_y, np.float64)
+        rows, columns = self._padded(size)
+        if model.filters is not None:
+            rows, columns = halved(rows), halved(columns)
+        beside = 0.5 * (model.window_width - model.person_width) - model.padding_width
+        above = 0.5 * (model.window_height - model.person_height) - model.padding_height
+        lefts = np.arange(max(columns - self._window_columns + 1, 0)) * model.window_cell + beside
+        tops = np.arange(max(rows - self._window_rows + 1, 0)) * model.window_cell + above
+        return np.asarray(lefts / size.scale_x, np.float64), np.asarray(tops / size.scale_y, np.float64)
+
+
+def _bounds(windows: Windows) -> tuple[range, range]:
+    """Return the rows and columns that hold all windows to look at; empty ranges if there are none."""
+    top, bottom, left, right = _first_and_last(windows)
+    return range(top, bottom), range(left, right)
+
+
+@numba.njit(cache=True)
+def _first_and_last(windows: Windows) -> tuple[int, int, int, int]:
+    top, bottom, left, right = windows.shape[0], 0, windows.shape[1], 0
+    for row in range(windows.shape[0]):
+        for column in range(windows.shape[1]):
+            if windows[row, column]:
+                top, bottom = min(top, row), row + 1
+                left, right = min(left, column), max(right, column + 1)
+    return top, max(bottom, top), left, max(right, left)

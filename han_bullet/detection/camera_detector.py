@@ -1,12 +1,16 @@
-"""People in the frames of several cameras: any image detector, joined with the empty scenes of fixed cameras."""
+"""People in the frames of several cameras: any image detector, joined with what is known of each camera.
+
+That is where people of plausible heights may stand before it, and what a fixed camera sees without people.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.still_scene import StillScene, may_hold
+from han_bullet.detection.search_area import Both, SearchArea
+from han_bullet.detection.still_scene import ChangedArea, StillScene, may_hold
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections, Frame, FrameDetections
 
@@ -24,10 +28,13 @@ class CameraDetector(FrameDetector):
 
     Args:
         detector: Looks at one image at a time.
+        areas: Where people may be in the images of a camera, by its name, such as `limits_on_floor` tells; nothing else
+            is looked at. Images of other cameras may show people anywhere.
     """
 
-    def __init__(self, detector: Detector) -> None:
+    def __init__(self, detector: Detector, areas: Mapping[str, SearchArea] | None = None) -> None:
         self.detector = detector
+        self._areas = dict(areas or {})
         self._scenes: dict[str, StillScene] = {}
 
     def calibrate(self, frames: Sequence[Frame]) -> None:
@@ -42,7 +49,8 @@ class CameraDetector(FrameDetector):
         for frame in frames:
             if not frame.fixed:
                 raise BadInputError(f"camera {frame.camera!r} moves and has no empty scene; calibrate fixed ones")
-            self._scenes[frame.camera] = StillScene(frame.image, self.detector.propose(frame.image).boxes)
+            mistakes = self.detector.propose(frame.image, self._areas.get(frame.camera))
+            self._scenes[frame.camera] = StillScene(frame.image, mistakes.boxes)
 
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
         """Return the people in each frame, in the order of the frames, as the image detector orders them."""
@@ -50,10 +58,12 @@ class CameraDetector(FrameDetector):
 
     def _find(self, frame: Frame) -> Detections:
         scene = self._scenes.get(frame.camera) if frame.fixed else None
+        area = self._areas.get(frame.camera)
         if scene is None:
-            return self.detector.detect(frame.image)
+            return self.detector.decide(frame.image, self.detector.propose(frame.image, area))
         changes = scene.changes(frame.image)
         if not may_hold(changes, self.detector.smallest_area):
             return Detections.none()
-        proposals = self.detector.propose(frame.image)
+        changed = ChangedArea(changes)
+        proposals = self.detector.propose(frame.image, changed if area is None else Both(area, changed))
         return self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))

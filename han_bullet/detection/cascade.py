@@ -12,7 +12,7 @@ Ints = NDArray[np.int32]
 Offsets = NDArray[np.uint32]
 """Without sign, as are node numbers: the compiled code need not ask at each index whether it counts from the end."""
 
-_ONE, _TWO = np.uint32(1), np.uint32(2)
+_TWO = np.uint32(2)
 
 
 def feature_rows(features: Ints, window_columns: int, channels: int = CHANNELS) -> Ints:
@@ -38,8 +38,7 @@ def feature_offsets(
 @numba.njit(cache=True)
 def scan(
     level: Floats,
-    window_rows: Ints,
-    window_columns: int,
+    windows: NDArray[np.bool_],
     offsets: Offsets,
     thresholds: Floats,
     leaves: Floats,
@@ -53,9 +52,8 @@ def scan(
 
     Args:
         level: Channels, shape (rows, columns, channels).
-        window_rows: First rows of the windows to look at [cells].
-        window_columns: Width of a window [cells].
-        offsets: Of the nodes' features, shape (trees, 2^depth - 1); all must lie in the level from each of the rows.
+        windows: Which to look at, by their first row and column [cells]; every window must lie in the level.
+        offsets: Of the nodes' features, shape (trees, 2^depth - 1).
         thresholds: A value below its threshold goes left, shape (trees, 2^depth - 1).
         leaves: From left to right, shape (trees, 2^depth).
         give_up: A window is dropped as soon as its sum is not above this.
@@ -63,22 +61,16 @@ def scan(
     Returns:
         Rows, columns, scores, and how many trees were evaluated.
     """
-    columns = max(level.shape[1] - window_columns + 1, 0)
     values = level.reshape(-1)
-    most = window_rows.size * columns
+    most = windows.sum()
     found_rows, found_columns = np.empty(most, np.int32), np.empty(most, np.int32)
     scores = np.empty(most, np.float32)
     limit = np.float32(give_up)
     count, trees = 0, 0
-    for row in window_rows:
+    for row in range(windows.shape[0]):
         line = values[row * level.shape[1] * level.shape[2] :]
         places, sums = found_columns[count:], scores[count:]
-        if offsets.shape[1] == 3:
-            found, used = _scan_row_by_pairs(
-                line, columns, level.shape[2], offsets, thresholds, leaves, limit, places, sums
-            )
-        else:
-            found, used = _scan_row(line, columns, level.shape[2], offsets, thresholds, leaves, limit, places, sums)
+        found, used = _scan_row(line, windows[row], level.shape[2], offsets, thresholds, leaves, limit, places, sums)
         found_rows[count : count + found] = row
         count += found
         trees += used
@@ -88,7 +80,7 @@ def scan(
 @numba.njit(cache=True)
 def _scan_row(
     line: Floats,
-    columns: int,
+    windows: NDArray[np.bool_],
     channels: int,
     offsets: Offsets,
     thresholds: Floats,
@@ -98,50 +90,15 @@ def _scan_row(
     sums: Floats,
 ) -> tuple[int, int]:
     """Write columns and scores of the windows of a row that pass; return how many, and how many trees that took."""
-    count, trees, nodes = 0, 0, np.uint32(offsets.shape[1])
-    for column in range(columns):
-        start = np.uint32(column * channels)
-        score = np.float32(0.0)
-        alive = True
-        for tree in range(offsets.shape[0]):
-            node = np.uint32(0)
-            while node < nodes:
-                goes_left = line[start + offsets[tree, node]] < thresholds[tree, node]
-                node = _TWO * node + (_ONE if goes_left else _TWO)
-            score += leaves[tree, node - nodes]
-            if score <= limit:
-                trees += tree + 1
-                alive = False
-                break
-        if alive:
-            trees += offsets.shape[0]
-            places[count], sums[count] = column, score
-            count += 1
-    return count, trees
-
-
-@numba.njit(cache=True)
-def _scan_row_by_pairs(
-    line: Floats,
-    columns: int,
-    channels: int,
-    offsets: Offsets,
-    thresholds: Floats,
-    leaves: Floats,
-    limit: Float,
-    places: Ints,
-    sums: Floats,
-) -> tuple[int, int]:
-    """Do as `_scan_row` does for trees of depth 2, two comparisons each: twice as fast."""
     count, trees = 0, 0
-    for column in range(columns):
+    for column in range(windows.size):
+        if not windows[column]:
+            continue
         start = np.uint32(column * channels)
         score = np.float32(0.0)
         alive = True
         for tree in range(offsets.shape[0]):
-            side = 0 if line[start + offsets[tree, 0]] < thresholds[tree, 0] else 1
-            leaf = 0 if line[start + offsets[tree, 1 + side]] < thresholds[tree, 1 + side] else 1
-            score += leaves[tree, 2 * side + leaf]
+            score += leaves[tree, _leaf(line, start, offsets[tree], thresholds[tree])]
             if score <= limit:
                 trees += tree + 1
                 alive = False
@@ -151,3 +108,24 @@ def _scan_row_by_pairs(
             places[count], sums[count] = column, score
             count += 1
     return count, trees
+
+
+@numba.njit(cache=True, inline="always")
+def _leaf(line: Floats, start: np.uint32, offsets: Offsets, thresholds: Floats) -> np.uint32:
+    """Return the leaf of one tree that a window reaches.
+
+    Without branches, since no processor can guess which way a window goes. The usual depths, 2 and 3, are written out.
+    """
+    root = np.uint32(line[start + offsets[0]] < thresholds[0])  # 1 goes left
+    if offsets.size == 7:  # both children are compared while the root's value is still on its way from memory
+        left = np.uint32(line[start + offsets[1]] < thresholds[1])
+        right = np.uint32(line[start + offsets[2]] < thresholds[2])
+        node = np.uint32(6) - _TWO * root - (right ^ ((left ^ right) & root))
+        node = _TWO * node + _TWO - np.uint32(line[start + offsets[node]] < thresholds[node])
+    else:
+        node = _TWO - root
+        if offsets.size == 3:
+            node = _TWO * node + _TWO - np.uint32(line[start + offsets[node]] < thresholds[node])
+        while node < offsets.size:
+            node = _TWO * node + _TWO - np.uint32(line[start + offsets[node]] < thresholds[node])
+    return node - np.uint32(offsets.size)

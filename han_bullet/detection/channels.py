@@ -25,6 +25,9 @@ ORIENTATIONS = 6
 KIND_OF_CHANNEL = np.array([0, 0, 0, 1, 2, 2, 2, 2, 2, 2])  # colour, magnitude, orientation: each fades by its own law
 
 NORMALISATION_RADIUS = 5  # [px] neighbourhood that a gradient is compared with
+REACH = (
+    1 + 1 + NORMALISATION_RADIUS
+)  # [px] beyond a cell that its channels depend on: smoothing, gradient, neighbourhood
 NORMALISATION_OFFSET = np.float32(0.005)  # keeps flat regions from becoming noise
 COSINE_STEPS = 10_000  # per unit; the original's resolution, kept so that scores agree with it
 COSINE_MARGIN = 10  # entries beyond +-1 that rounding may reach
@@ -49,7 +52,9 @@ def orientation_table() -> Floats:
     return table
 
 
-def compute_channels(planes: Floats, cell: int = CELL, rough: bool = False) -> Floats:
+def compute_channels(
+    planes: Floats, cell: int = CELL, rough: bool = False, part: tuple[slice, slice] | None = None
+) -> Floats:
     """Return the channels, (h/cell, w/cell, 10), before the final smoothing, of L, U and V planes, (3, h, w).
 
     The planes are smoothed first (radius 1 px); gradients are taken on the smoothed planes and divided by their
@@ -59,22 +64,36 @@ def compute_channels(planes: Floats, cell: int = CELL, rough: bool = False) -> F
         planes: Height and width must be multiples of the cell's side.
         cell: Side of a cell [px].
         rough: Whether to compute with reciprocals as rough as the original's.
+        part: Rows and columns of the planes [px] to take as if they were all; None takes all. More than REACH from its
+            edges the channels are those of the whole.
 
     Raises:
-        BadInputError: The planes are not whole cells.
+        BadInputError: The planes, or the part of them, are not whole cells.
     """
-    if planes.shape[1] % cell or planes.shape[2] % cell:
-        raise BadInputError(f"planes of {planes.shape[1]} x {planes.shape[2]} px are not whole cells of {cell} px")
-    channels: Floats = _compute_channels(planes, orientation_table(), cell, rough, reciprocal_table(), root_table())
+    rows, columns = part or (slice(0, planes.shape[1]), slice(0, planes.shape[2]))
+    height, width = rows.stop - rows.start, columns.stop - columns.start
+    if height % cell or width % cell:
+        raise BadInputError(f"planes of {height} x {width} px are not whole cells of {cell} px")
+    tables = orientation_table(), reciprocal_table(), root_table()
+    channels: Floats = _compute_channels(
+        planes, (rows.start, rows.stop, columns.start, columns.stop), cell, rough, *tables
+    )
     return channels
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _compute_channels(
-    planes: Floats, orientations: Floats, cell: int, rough: bool, reciprocals: Bits, roots: Bits
+    planes: Floats,
+    part: tuple[int, int, int, int],
+    cell: int,
+    rough: bool,
+    orientations: Floats,
+    reciprocals: Bits,
+    roots: Bits,
 ) -> Floats:
     """Stream the rows through smoothing, gradient, normalisation and summing, so that all stays in the cache."""
-    height, width = planes.shape[1:]
+    first, last, left, right = part[0], part[1] - 1, part[2], part[3]
+    height, width = part[1] - part[0], part[3] - part[2]
     channels = np.zeros((height // cell, width // cell, CHANNELS), np.float32)
     per_cell = np.float32(1.0 / (cell * cell))
     smoothed = np.empty((_ROWS_KEPT, 3, width), np.float32)
@@ -84,7 +103,10 @@ def _compute_channels(
     for step in range(height + 1 + NORMALISATION_RADIUS):
         if step < height:
             for plane in range(3):
-                _smooth_row(planes[plane], step, line, smoothed[step % _ROWS_KEPT, plane])
+                above = planes[plane, max(first + step - 1, first), left:right]
+                here = planes[plane, first + step, left:right]
+                below = planes[plane, min(first + step + 1, last), left:right]
+                _smooth_row(above, here, below, line, smoothed[step % _ROWS_KEPT, plane])
         row = step - 1
         if 0 <= row < height:
             kept = row % _ROWS_KEPT
@@ -115,10 +137,9 @@ def _compute_channels(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _smooth_row(plane: Floats, row: int, line: Floats, out: Floats) -> None:
+def _smooth_row(above: Floats, here: Floats, below: Floats, line: Floats, out: Floats) -> None:
     """Smooth one row of a plane with [1 2 1] / 4 along both axes; border pixels are repeated outward."""
     width = out.size
-    above, here, below = plane[max(row - 1, 0)], plane[row], plane[min(row + 1, plane.shape[0] - 1)]
     for x in range(width):
         line[x + 1] = (above[x] + _TWO * here[x] + below[x]) * _SIXTEENTH
     line[0], line[width + 1] = line[1], line[width]

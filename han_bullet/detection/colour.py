@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.channels import Float, Floats
+from han_bullet.detection.region import Region
 from han_bullet.detection.rough_reciprocals import Bits, invert, reciprocal_table
 
 LIGHTNESS_STEPS = 1024
@@ -31,16 +32,18 @@ def lightness_table() -> Floats:
     return (table / LUV_RANGE).astype(np.float32)
 
 
-def luv(image: NDArray[np.uint8], rough: bool = False) -> Floats:
+def luv(image: NDArray[np.uint8], rough: bool = False, wanted: Region | None = None) -> Floats:
     """Return the L, U and V planes, shape (3, h, w), each within [0, 1], of an RGB image, shape (h, w, 3).
 
     Args:
         image: RGB.
         rough: Whether to compute with reciprocals as rough as the original's.
+        wanted: Part of the image whose planes to return; None returns all.
     """
     # The original's instructions take four pixels at a time, and leave images of other sizes to exact arithmetic.
     rough = rough and image.shape[0] * image.shape[1] % 4 == 0
-    planes: Floats = _luv(np.ascontiguousarray(image), lightness_table(), rough, reciprocal_table())
+    part = image if wanted is None else image[wanted.slices]
+    planes: Floats = _luv(np.ascontiguousarray(part), lightness_table(), rough, reciprocal_table())
     return planes
 
 

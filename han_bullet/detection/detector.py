@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from han_bullet.detection.pictures import Image
+from han_bullet.detection.search_area import SearchArea
 from han_bullet.messages import Detections
 
 
@@ -24,9 +25,16 @@ class Detector(ABC):
     def detect(self, image: Image) -> Detections:
         """Return the people in an image, RGB, shape (h, w, 3), uint8."""
 
-    def propose(self, image: Image) -> Detections:
-        """Return what the first stage gives; of a detector with one stage, all."""
-        return self.detect(image)
+    def propose(self, image: Image, area: SearchArea | None = None) -> Detections:
+        """Return what the first stage gives; of a detector with one stage, all.
+
+        Args:
+            image: RGB, shape (h, w, 3), uint8.
+            area: Where people may be: no other boxes are returned, and a detector that can need not look for them. None
+                looks everywhere.
+        """
+        found = self.detect(image)
+        return found if area is None else found.select(area.allow_boxes(found.boxes))
 
     def decide(self, image: Image, proposals: Detections) -> Detections:
         """Return those proposals of an image that the second stage keeps; of a detector with one stage, all."""

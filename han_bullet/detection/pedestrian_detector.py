@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.pictures import Image
+from han_bullet.detection.search_area import SearchArea
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections
 
@@ -44,9 +45,9 @@ class PedestrianDetector(Detector):
         """Return the pedestrians in an image, RGB, shape (h, w, 3), uint8, by falling score."""
         return self.decide(image, self.propose(image))
 
-    def propose(self, image: Image) -> Detections:
-        """Return ACF's boxes from the threshold on."""
-        proposals = self.proposer.detect(image)
+    def propose(self, image: Image, area: SearchArea | None = None) -> Detections:
+        """Return ACF's boxes from the threshold on; windows that an area forbids are not looked at."""
+        proposals = self.proposer.detect(image, area)
         return proposals.select(proposals.scores >= self.threshold)
 
     def decide(self, image: Image, proposals: Detections) -> Detections:

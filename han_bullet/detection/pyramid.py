@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from han_bullet.detection.channels import CELL, CHANNELS, KIND_OF_CHANNEL, Floats, compute_channels
 from han_bullet.detection.colour import luv
+from han_bullet.detection.octaves import neighbourhood, plan
+from han_bullet.detection.region import Region
 from han_bullet.detection.resampling import resample, resample_planes
-from han_bullet.detection.scales import LevelSize, level_sizes, octaves
+from han_bullet.detection.scales import LevelSize, level_sizes
 
 PADDING_ROWS, PADDING_COLUMNS = 4, 3  # [cells] around each level, so that people at the border are found
 
@@ -48,63 +50,67 @@ class Level:
     """One scale of an image.
 
     Attributes:
-        channels: Smoothed and padded, shape (rows, columns, 10), of all the padded level or of a band of its rows.
+        channels: Smoothed and padded, shape (rows, columns, 10), of all the padded level or of a part of it.
         size: Without padding.
-        first_row: Of the padded level [cells] that the channels begin with.
+        first_row, first_column: Of the padded level [cells] that the channels begin with.
     """
 
     channels: Floats
     size: LevelSize
     first_row: int = 0
+    first_column: int = 0
 
 
 def build_pyramid(
-    image: NDArray[np.uint8], settings: PyramidSettings, needed: Callable[[LevelSize], range] | None = None
+    image: NDArray[np.uint8], settings: PyramidSettings, needed: Callable[[LevelSize], Region | None] | None = None
 ) -> list[Level]:
     """Return the levels of an RGB image, (h, w, 3), from fine to coarse.
 
     Args:
         image: RGB.
         settings: What the levels are to be like.
-        needed: Tells which rows of a padded level [cells] are looked at; the others, and levels without any, are left
-            out. None makes everything.
+        needed: Tells which part of a padded level [cells] is looked at; what only others need, and levels without any,
+            are left out. None makes everything.
     """
-    cell, rough = settings.cell, settings.rough
+    cell, rough, levels = settings.cell, settings.rough, []
     sizes = level_sizes(image.shape[0], image.shape[1], settings.smallest, cell)
-    exponents = np.asarray(settings.lambdas)[KIND_OF_CHANNEL]
-    planes, levels = luv(image, rough), []
-    for number, members in octaves(len(sizes)):
-        real, made = sizes[number], [sizes[member] for member in members if needed is None or needed(sizes[member])]
-        if not made and real.scale != 0.5:
+    octaves, given = plan(image.shape[0], image.shape[1], sizes, cell, settings.padding, needed)
+    if given is None:
+        return []
+    planes = luv(image, rough, given)
+    for octave in octaves:
+        if octave.planes is None:
             continue
-        at_scale = _planes_at(planes, real.rows * cell, real.columns * cell)
-        if real.scale == 0.5:  # the coarser octaves start from the half image
-            planes = at_scale
-        if made:
-            source = compute_channels(at_scale, cell, rough)
-            for size in made:
-                gains = ((size.scale / real.scale) ** -exponents).astype(np.float32)
-                rows = None if needed is None else needed(size)
-                levels.append(_approximate(source, size, gains, settings.padding, rows))
+        at_scale, made = planes, given
+        if given.grid != octave.planes.grid:
+            at_scale, made = resample_planes(planes, *octave.planes.grid, octave.planes, given), octave.planes
+        if octave.channels is not None:
+            cut = neighbourhood(octave.channels, cell)
+            source = compute_channels(at_scale, cell, rough, cut.refined(cell).within(made))
+            for size, part in octave.levels.items():
+                gains = _gains(size.scale / octave.real.scale, settings)
+                levels.append(_approximate(source, cut, size, part, gains, settings.padding))
+        if octave.real.scale == 0.5:  # the coarser octaves start from the half image
+            planes, given = at_scale, made
     return levels
 
 
-def _planes_at(planes: Floats, rows: int, columns: int) -> Floats:
-    """Return colour planes, (3, h, w), resized to (3, rows, columns)."""
-    return planes if planes.shape[1:] == (rows, columns) else resample_planes(planes, rows, columns)
+def _gains(relative: float, settings: PyramidSettings) -> Floats:
+    """Return by what channels at a scale relative to the real one differ from it."""
+    exponents = np.asarray(settings.lambdas)[KIND_OF_CHANNEL]
+    gains: Floats = (relative**-exponents).astype(np.float32)
+    return gains
 
 
 def _approximate(
-    source: Floats, size: LevelSize, gains: Floats, padding: tuple[int, int], needed: range | None
+    source: Floats, given: Region, size: LevelSize, wanted: Region, gains: Floats, padding: tuple[int, int]
 ) -> Level:
-    """Resample real channels to a level's size, and smooth and pad them, or only what some of its rows need."""
-    band = slice(0, size.rows)
-    if needed is not None:  # without padding, but with the neighbours that smoothing looks at
-        start = max(min(needed.start - padding[0] - 1, size.rows - 2), 0)
-        band = slice(start, min(max(needed.stop - padding[0] + 1, 2), size.rows))
-    same = source.shape[:2] == (size.rows, size.columns)
-    channels = source[band] if same else resample(source, size.rows, size.columns, band)
-    return Level(smooth_and_pad(channels, gains, *padding), size, band.start)
+    """Resample real channels, of which a part is given, to a level's size, and smooth and pad a part of that."""
+    if given.grid == wanted.grid:
+        channels = np.ascontiguousarray(source[wanted.within(given)])
+    else:
+        channels = resample(source, size.rows, size.columns, wanted, given)
+    return Level(smooth_and_pad(channels, gains, *padding), size, wanted.rows.start, wanted.columns.start)
 
 
 def smooth(channels: Floats) -> Floats:

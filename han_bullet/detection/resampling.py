@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.channels import CHANNELS, Floats
+from han_bullet.detection.region import Region
 
 NEGLIGIBLE = 1e-3  # share of a pixel below which it does not count towards an area
 
@@ -15,30 +18,70 @@ _HALF = np.float32(0.5)
 Ints = NDArray[np.int32]
 
 
-def resample(channels: Floats, rows: int, columns: int, band: slice = slice(None)) -> Floats:
+def resample(
+    channels: Floats, rows: int, columns: int, wanted: Region | None = None, given: Region | None = None
+) -> Floats:
     """Resize channels, (h, w, 10), to (rows, columns, 10): area means where they shrink, bilinear where they grow.
 
     Args:
         channels: What to resize.
         rows: Height of the whole result.
-        columns: Width of the result.
-        band: Rows of the result to return.
+        columns: Width of the whole result.
+        wanted: Part of the result to return; None returns all.
+        given: Part of the whole source that the channels are, with all that `sources` asks for; None if they are all.
     """
-    (first_row, row_weights), horizontal = _resampling(channels.shape[0], rows), _resampling(channels.shape[1], columns)
-    return _resample(channels, first_row[band], row_weights[band], *horizontal)
+    given = given or Region.all_of(*channels.shape[:2])
+    vertical, horizontal = _both_axes(given, wanted or Region.all_of(rows, columns))
+    return _resample(channels, *vertical, *horizontal)
 
 
-def resample_planes(planes: Floats, rows: int, columns: int) -> Floats:
+def resample_planes(
+    planes: Floats, rows: int, columns: int, wanted: Region | None = None, given: Region | None = None
+) -> Floats:
     """Resize planes, (n, h, w), to (n, rows, columns) in the same way."""
-    if planes.shape[1:] == (2 * rows, 2 * columns):
-        halved: Floats = _halve_planes(planes)
+    given, wanted = given or Region.all_of(*planes.shape[1:]), wanted or Region.all_of(rows, columns)
+    if given.grid == (2 * rows, 2 * columns):
+        start = (2 * wanted.rows.start - given.rows.start, 2 * wanted.columns.start - given.columns.start)
+        halved: Floats = _halve_planes(planes, *start, len(wanted.rows), len(wanted.columns))
         return halved
-    vertical, horizontal = _resampling(planes.shape[1], rows), _resampling(planes.shape[2], columns)
+    vertical, horizontal = _both_axes(given, wanted)
     return _resample_planes(planes, *vertical, *horizontal)
 
 
-@numba.njit(cache=True, error_model="numpy")
+def sources(wanted: Region, rows: int, columns: int) -> Region:
+    """Return the part of a grid of so many rows and columns from which a part of the resampled one is made."""
+    vertical = _sources(rows, wanted.grid[0], wanted.rows)
+    return Region(vertical, _sources(columns, wanted.grid[1], wanted.columns), (rows, columns))
+
+
+def _sources(before: int, after: int, wanted: range) -> range:
+    """Return the inputs of some outputs of one axis."""
+    if before == after:
+        return wanted
+    first, weights = _resampling(before, after)
+    return range(int(first[wanted[0]]), min(int(first[wanted[-1]]) + weights.shape[1], before))
+
+
+def _both_axes(given: Region, wanted: Region) -> tuple[tuple[Ints, Floats], tuple[Ints, Floats]]:
+    """Return for both axes what `_resampling` does, but of some outputs, and counted from the first input given."""
+    vertical = _some(given.grid[0], wanted.grid[0], given.rows, wanted.rows)
+    return vertical, _some(given.grid[1], wanted.grid[1], given.columns, wanted.columns)
+
+
+def _some(before: int, after: int, given: range, wanted: range) -> tuple[Ints, Floats]:
+    first, weights = _resampling(before, after)
+    return first[wanted.start : wanted.stop] - np.int32(given.start), weights[wanted.start : wanted.stop]
+
+
+@functools.lru_cache(maxsize=512)  # a camera's images all have one size
 def _resampling(before: int, after: int) -> tuple[Ints, Floats]:
+    """Return the same for each pair of sizes; nobody may write to it."""
+    first, weights = _make_resampling(before, after)
+    return first, weights
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _make_resampling(before: int, after: int) -> tuple[Ints, Floats]:
     """Return, for one axis, each output's first input, (after,), and the weights of the inputs from there, (after, n).
 
     Inputs past the end have weight zero.
@@ -113,12 +156,17 @@ def _resample_planes(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _halve_planes(planes: Floats) -> Floats:
-    """Do for exact halves what `_resample_planes` does, to the bit, in a quarter of its time."""
-    result = np.empty((planes.shape[0], planes.shape[1] // 2, planes.shape[2] // 2), np.float32)
+def _halve_planes(planes: Floats, first_row: int, first_column: int, rows: int, columns: int) -> Floats:
+    """Do for exact halves what `_resample_planes` does, to the bit, in a quarter of its time.
+
+    It begins at a row and a column of the planes.
+    """
+    result = np.empty((planes.shape[0], rows, columns), np.float32)
     for plane in range(result.shape[0]):
         for row in range(result.shape[1]):
-            upper, lower, out = planes[plane, 2 * row], planes[plane, 2 * row + 1], result[plane, row]
+            upper = planes[plane, first_row + 2 * row, first_column:]
+            lower = planes[plane, first_row + 2 * row + 1, first_column:]
+            out = result[plane, row]
             for column in range(out.size):
                 left = _HALF * upper[2 * column] + _HALF * lower[2 * column]
                 right = _HALF * upper[2 * column + 1] + _HALF * lower[2 * column + 1]

@@ -11,17 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.detection.search_area import SearchArea, Windows
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics, floor_homography, project
 
 SHORTEST, TALLEST = 1.4, 2.1  # [m] of people with their shoes and hats
+SHORTEST_SEATED = 1.2  # [m] from the floor to the crown: 0.4 of a low seat and 0.8 of a short adult
 BOX_TOLERANCE = 0.15  # share of its height by which a good box may be off: half a scale, and where its lower edge lies
 BELOW_IMAGE = 0.25  # share of the image's height below it where feet may still be: boxes reach beyond the border
 COLUMNS_TRIED = 9  # across the image: under a tilted camera, heights also vary along a row
 
 
 @dataclass(frozen=True)
-class ScanLimits:
+class ScanLimits(SearchArea):
     """How high a person may be in an image, by the row where the feet are.
 
     Attributes:
@@ -52,16 +54,21 @@ class ScanLimits:
         allowed: NDArray[np.bool_] = (self.least[rows] <= heights) & (heights <= self.greatest[rows])
         return allowed
 
+    def windows(self, x: Array, y: Array, width: float, height: float) -> Windows:
+        """Tell which boxes of one size may hold a person; see `SearchArea`."""
+        rows = self.allow(y + height, height)
+        return np.repeat(rows[:, np.newaxis], x.size, axis=1)
+
 
 def limits_on_floor(
     intrinsics: Intrinsics, camera_in_world: Array, shortest: float = SHORTEST, tallest: float = TALLEST
 ) -> ScanLimits:
-    """Return the limits for people who stand upright on the floor, z = 0, under a camera.
+    """Return the limits for people who stand, walk or sit, their feet on the floor, z = 0, under a camera.
 
     Args:
         intrinsics: The camera.
         camera_in_world: Its pose, shape (4, 4).
-        shortest: Height of the shortest person to be found [m].
+        shortest: Height of the shortest person to be found [m]; SHORTEST_SEATED where people may sit.
         tallest: Height of the tallest [m].
 
     Raises:

@@ -8,11 +8,13 @@ subtraction: it drops every box where too little has changed, whether the empty 
 from __future__ import annotations
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import Image
+from han_bullet.detection.search_area import SearchArea, Windows
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 
@@ -66,6 +68,33 @@ class StillScene:
         return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
 
 
+class ChangedArea(SearchArea):
+    """Where enough differs from an empty scene for a box to hold a person: what `StillScene.keep` asks of all boxes."""
+
+    def __init__(self, changes: Cells) -> None:
+        """Take which cells of an image differ."""
+        self._counts: NDArray[np.int32] = cv2.integral(changes.astype(np.uint8))  # type: ignore[assignment]
+
+    def windows(self, x: Array, y: Array, width: float, height: float) -> Windows:
+        """Tell which boxes of one size may hold a person; see `SearchArea`."""
+        changed: Windows = _changed_windows(self._counts, x, y, width, height)
+        return changed
+
+
+@numba.njit(cache=True)
+def _changed_windows(counts: NDArray[np.int32], x: Array, y: Array, width: float, height: float) -> Windows:
+    """Do for all boxes of a grid what `changed_part` does for a few."""
+    changed = np.empty((y.size, x.size), np.bool_)
+    left, right = _nearest(x, counts.shape[1]), _nearest(x + width, counts.shape[1])
+    top, bottom = _nearest(y, counts.shape[0]), _nearest(y + height, counts.shape[0])
+    for row in range(y.size):
+        upper, lower = counts[top[row]], counts[bottom[row]]
+        for column in range(x.size):
+            count = lower[right[column]] - upper[right[column]] - lower[left[column]] + upper[left[column]]
+            changed[row, column] = count * CELL**2 / (width * height) >= LEAST_CHANGED_PART
+    return changed
+
+
 def may_hold(changes: Cells, smallest_area: float) -> bool:
     """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
     return bool(changes.sum() * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
@@ -77,13 +106,21 @@ def changed_part(changes: Cells, boxes: Array) -> Array:
     A box that reaches over the image's edge counts as unchanged out there.
     """
     integral = cv2.integral(changes.astype(np.uint8))
-    rows, columns = integral.shape
     x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T
-    left, right = (np.clip(np.round(x / CELL), 0, columns - 1).astype(int) for x in (x0, x0 + width))
-    top, bottom = (np.clip(np.round(y / CELL), 0, rows - 1).astype(int) for y in (y0, y0 + height))
+    left, right = (_nearest(x, integral.shape[1]) for x in (x0, x0 + width))
+    top, bottom = (_nearest(y, integral.shape[0]) for y in (y0, y0 + height))
     count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]
     part: Array = count * CELL**2 / (width * height)
     return part
+
+
+@numba.njit(cache=True)
+def _nearest(places: Array, size: int) -> NDArray[np.int64]:
+    """Return the edges between cells, of so many, that are nearest to places [px]."""
+    edges = np.empty(places.size, np.int64)
+    for index in range(places.size):
+        edges[index] = min(max(round(places[index] / CELL), 0), size - 1)
+    return edges
 
 
 def _cell_means(image: Image) -> Image:
