@@ -13,9 +13,11 @@ ORDER = 2.0  # p
 
 
 def ospa(positions: Array, true_positions: Array, cut_off: float = CUT_OFF, order: float = ORDER) -> float:
-    """Return the optimal subpattern assignment distance [m] of two sets of points [Schuhmacher2008].
+    """Return the optimal subpattern assignment distance [m] of two sets of points.
 
-    ((min over assignments of sum min(d, c)^p + c^p |n - m|) / max(n, m))^(1/p), and 0 of two empty sets.
+    ((min over assignments of sum min(d, c)^p + c^p |n - m|) / max(n, m))^(1/p), and 0 of two empty sets. By D.
+    Schuhmacher, B.-T. Vo, B.-N. Vo: A consistent metric for performance evaluation of multi-object filters. IEEE
+    Transactions on Signal Processing 56(8), 2008.
 
     Args:
         positions: Shape (n, 2) [m].
