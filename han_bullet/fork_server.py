@@ -1,7 +1,7 @@
 """Where worker processes come from: a server process that imports once what they all need, and forks them.
 
-Torch, numba and what they draw in cost a process one and a half seconds and 250 MB. With a server, the workers share
-both, and a server that is started early imports while the main process does other things.
+Torch, numba and what they draw in take one and a half seconds to import, and a process that has done so holds 330 MB.
+With a server, the workers share both, and one that is started early imports while the main process does other things.
 """
 
 from __future__ import annotations
