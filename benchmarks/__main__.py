@@ -11,6 +11,7 @@ BENCHMARKS = (
     ("stage_timing",),
     ("exhaustive_cnn",),
     ("rendered_people",),
+    ("ceiling_frames",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )
