@@ -15,6 +15,7 @@ BENCHMARKS = (
     ("planner",),
     ("costmap",),
     ("tracker",),
+    ("ceiling_frames",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )

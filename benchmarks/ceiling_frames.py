@@ -98,7 +98,9 @@ class Record:
 
     def row(self, sequence: str, way: str) -> tuple[object, ...]:
         """Return a line of the table."""
-        times = 1e3 * np.array(self.times).reshape(-1, 3)
+        if not self.times:
+            return sequence, way, 0, "-", "-", "-", "-", "-", self.tally.recall(), "-"
+        times = 1e3 * np.array(self.times)
         medians = [float(np.median(column)) for column in times.T]
         windows = float(np.median(self.windows))
         rate = f"{self.tally.false_positives / self.tally.frames:.3f}"

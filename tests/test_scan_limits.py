@@ -16,7 +16,7 @@ from han_bullet.detection.scales import level_sizes
 from han_bullet.detection.scan_limits import BOX_TOLERANCE, SHORTEST_SEATED, ScanLimits, limits_on_floor
 from han_bullet.detection.search_area import Both, SearchArea
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Intrinsics, look_at, project
+from han_bullet.geometry import Intrinsics, Pose2D, camera_on_robot, look_at, project
 from han_bullet.messages import Detections
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
@@ -53,6 +53,19 @@ def test_a_limited_scan_is_the_whole_scan_filtered_by_the_same_limits(
     assert np.array_equal(limited.scores, whole.scores[allowed])
     assert limited.windows <= whole.windows
     assert limited.trees <= whole.trees
+
+
+@given(st.floats(0.3, 3.0), st.floats(1.5, 2.0), st.booleans())
+def test_a_box_that_ends_at_the_lower_edge_above_the_feet_is_allowed_while_most_of_the_person_shows(
+    ahead: float, size: float, on_robot: bool
+) -> None:
+    camera = camera_on_robot(Pose2D(0.2, 0.0, 0.0), 0.0, 1.2, 0.05) if on_robot else CEILING
+    limits = limits_on_floor(INTRINSICS, camera, shortest=SHORTEST_SEATED)
+    pixels, depths = project(np.array([[0.2 + ahead, 0.0, 0.0], [0.2 + ahead, 0.0, size]]), INTRINSICS, camera)
+    foot, head = pixels[:, 1]
+    assume(depths.min() > 0.0 and foot > 480.0 and 0.0 < head < 480.0)
+    assume((480.0 - head) / (foot - head) > 0.6)
+    assert limits.allow(np.array([480.0]), np.array([480.0 - head]))[0]
 
 
 class RandomArea(SearchArea):
