@@ -11,6 +11,8 @@ import numpy as np
 from han_bullet.errors import BadInputError
 from han_bullet.sim.surfaces import Surface
 
+_UP = (0.0, 0.0, 1.0)
+
 
 class _Corner(NamedTuple):
     """Vertex [m], texture coordinates and normal; no normal is ()."""
@@ -34,22 +36,31 @@ def read_obj(path: Path) -> tuple[Surface, Path | None]:
     try:
         lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
         rows = {kind: _numbers(lines, kind) for kind in ("v", "vt", "vn")}
-        faces = [[_corner(word, rows) for word in words[1:]] for words in lines if words[:1] == ["f"]]
-        surface = _surface([triangle for face in faces for triangle in _fan(face)])
+        surface = _surface(lines, rows)
     except (OSError, ValueError, IndexError) as error:
         raise BadInputError(f"mesh {path} is no OBJ file with faces that can be read ({error})") from error
     return surface, _texture(path, lines)
 
 
-def _surface(triangles: Sequence[Sequence[_Corner]]) -> Surface:
-    """Return the surface of triangles, with each corner kept once."""
-    rows: dict[_Corner, int] = {}
-    for triangle in triangles:
-        for corner in _with_normals(triangle):
-            rows.setdefault(corner, len(rows))
-    vertices, uvs, normals = (np.array(part, float) for part in zip(*rows, strict=True))
-    indices = [[rows[corner] for corner in _with_normals(triangle)] for triangle in triangles]
-    return Surface(vertices, normals, uvs, np.array(indices, np.int64))
+def _surface(lines: Sequence[list[str]], rows: dict[str, list[tuple[float, ...]]]) -> Surface:
+    """Return the surface of all faces; a corner that several share is kept once, unless they lack normals."""
+    corners: list[_Corner] = []
+    numbers: dict[str, int] = {}
+    triangles = []
+    for words in lines:
+        if words[:1] == ["f"]:
+            for word in words[1:]:
+                if word not in numbers:
+                    numbers[word] = len(corners)
+                    corners.append(_corner(word, rows))
+            face = [numbers[word] for word in words[1:]]
+            triangles += [(face[0], face[k], face[k + 1]) for k in range(1, len(face) - 1)]
+    triangles = [_with_normals(triangle, corners) for triangle in triangles]
+    # A corner that only lent its place to others is no longer of use, but has no normal.
+    vertices, uvs, normals = (
+        np.array(part, float) for part in zip(*((c.vertex, c.uv, c.normal or _UP) for c in corners), strict=True)
+    )
+    return Surface(vertices, normals, uvs, np.array(triangles, np.int64))
 
 
 def _numbers(lines: Sequence[list[str]], kind: str) -> list[tuple[float, ...]]:
@@ -70,18 +81,15 @@ def _corner(word: str, rows: dict[str, list[tuple[float, ...]]]) -> _Corner:
     return _Corner(vertex[:3], uv[:2] or (0.0, 0.0), normal[:3])
 
 
-def _fan(corners: Sequence[_Corner]) -> list[tuple[_Corner, _Corner, _Corner]]:
-    """Cut a polygon into triangles."""
-    return [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
-
-
-def _with_normals(triangle: Sequence[_Corner]) -> Sequence[_Corner]:
-    """Give a triangle without normals its own."""
-    if all(corner.normal for corner in triangle):
+def _with_normals(triangle: tuple[int, int, int], corners: list[_Corner]) -> tuple[int, int, int]:
+    """Return a triangle with normals; one without gets corners of its own, added to the others."""
+    if all(corners[number].normal for number in triangle):
         return triangle
-    first, second, third = (np.array(corner.vertex) for corner in triangle)
+    first, second, third = (np.array(corners[number].vertex) for number in triangle)
     x, y, z = map(float, np.cross(second - first, third - first))
-    return [corner._replace(normal=(x, y, z)) for corner in triangle]
+    end = len(corners)
+    corners += [corners[number]._replace(normal=(x, y, z)) for number in triangle]
+    return end, end + 1, end + 2
 
 
 def _texture(path: Path, lines: Sequence[list[str]]) -> Path | None:
