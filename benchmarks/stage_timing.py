@@ -6,6 +6,7 @@ Usage: python -m benchmarks.stage_timing [--world real2] [--seed 0] [--seconds 1
 import argparse
 import os
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from benchmarks.provenance import provenance
 from benchmarks.stopwatch import Stopwatch
 from han_bullet.assembly import build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
+from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.episode import Hook, Tick, run_episode
 from han_bullet.markdown import markdown_table
+from han_bullet.messages import Frame, FrameDetections
 from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
@@ -40,6 +43,7 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     watch.watch(detector.proposer, "detect", "detect: ACF, one frame")
     assert detector.classifier is not None
     watch.watch(detector.classifier, "probabilities", "detect: CNN, one frame")
+    watch_frames(station.detector, watch)
     watch.watch(stack.projection, "project", "project, one frame")
     watch.watch(stack.tracker, "update", "track")
     watch.watch(stack.situation, "update", "situation")
@@ -69,6 +73,26 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     simulator.close()
     station.frames.close()
     return markdown_table(("stage", "calls", "median [ms]", "95 % [ms]", "ms per simulated second"), rows)
+
+
+def watch_frames(detector: CameraDetector, watch: Stopwatch) -> None:
+    """Note how long whole frames take, by kind of camera and by whether the first stage was asked."""
+    original = detector.detect
+
+    def timed(frames: Sequence[Frame]) -> list[FrameDetections]:
+        return [_look(frame) for frame in frames]
+
+    def _look(frame: Frame) -> FrameDetections:
+        asked = len(watch.times["detect: ACF, one frame"])
+        started = time.perf_counter()
+        (found,) = original([frame])
+        took = time.perf_counter() - started
+        looked = len(watch.times["detect: ACF, one frame"]) > asked
+        camera = "ceiling" if frame.fixed else "onboard"
+        watch.times[f"detect: {camera} frame, {'all stages' if looked else 'nothing changed'}"].append(took)
+        return found
+
+    detector.detect = timed  # type: ignore[method-assign]
 
 
 def with_workers(world: World, seed: int, seconds: float, workers: int) -> tuple[float, float]:
