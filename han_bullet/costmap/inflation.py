@@ -41,17 +41,16 @@ class InflationLayer(Layer):
         self.robot_radius = robot_radius
         self.inflation_radius = inflation_radius
         self.cost_scaling_factor = cost_scaling_factor
-        self._obstacles: NDArray[np.bool_] | None = None
+        self._building: Costs | None = None
         self._resolution = 0.0
         self._inflated: Costs | None = None
 
     def apply(self, costmap: Costmap, scene: Scene) -> None:
         """Raise the cells near the building; computed anew only when the building or the grid has changed."""
-        obstacles = costmap.building >= LETHAL
-        same = self._obstacles is not None and np.array_equal(obstacles, self._obstacles)
+        same = self._building is not None and np.array_equal(costmap.building, self._building)
         if self._inflated is None or not same or costmap.resolution != self._resolution:
-            self._obstacles, self._resolution = obstacles, costmap.resolution
-            self._inflated = self._inflate(distance_to_obstacles(obstacles, costmap.resolution))
+            self._building, self._resolution = costmap.building.copy(), costmap.resolution
+            self._inflated = self._inflate(distance_to_obstacles(self._building >= LETHAL, costmap.resolution))
         costmap.raise_building_to(self._inflated)
 
     def _inflate(self, distance: Array) -> Costs:

@@ -98,12 +98,13 @@ class Walking(Behaviour):
 
     def advance(self, robot: RobotNow, dt: float) -> None:
         """Walk on."""
-        goal = self._next_waypoint() if self._signal.given(robot, self.pose_in_world.position) else None
+        here = self.pose_in_world
+        goal = self._next_waypoint() if self._signal.given(robot, (here.x, here.y)) else None
         if goal is None:
             self._face(None, WALK_TURN_RATE, dt)
             self._approach_speed(0.0, dt)
         else:
-            x, y = goal[0] - self.pose_in_world.x, goal[1] - self.pose_in_world.y
+            x, y = goal[0] - here.x, goal[1] - here.y
             bearing = math.atan2(y, x)
             self._face(bearing, WALK_TURN_RATE, dt)
             ahead = max(0.0, math.cos(bearing - self.pose_in_world.yaw))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from han_bullet.messages import DeviceMessage
 from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.world_schema import TV
@@ -19,7 +17,7 @@ class Television:
 
     def __init__(self, tv: TV) -> None:
         self.name, self.on = tv.name, tv.on
-        self._position = np.array(tv.position)
+        self._position = tv.position
         self._signal = StartSignal(tv.turns_on) if tv.turns_on is not None else None
         self._announced: bool | None = None
 

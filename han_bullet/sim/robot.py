@@ -42,6 +42,7 @@ class MecanumRobot:
         self._model = RobotModel(client, settings.urdf, settings.start_pose_in_world, fixed=False)
         self.body = self._model.body
         self._wheels = self._model.wheels()
+        self._wheel_speeds: tuple[float, ...] | None = None
         self._target = Twist2D()
         self._links = [-1, *range(pybullet.getNumJoints(self.body, physicsClientId=client))]
         self._remove_friction()
@@ -61,10 +62,10 @@ class MecanumRobot:
         """Apply the force and torque of one physics step."""
         pose, twist = self.pose_in_world, self.twist_in_body
         next_twist = self._ramp(twist)
-        yaw_after = pose.yaw + next_twist.omega * PHYSICS_PERIOD
-        change = next_twist.linear_in_world(yaw_after) - twist.linear_in_world(pose.yaw)
-        x, y = self.mass / PHYSICS_PERIOD * change
-        force = _shortened(float(x), float(y), MAX_FORCE)
+        x, y = _turned(twist.vx, twist.vy, pose.yaw)
+        next_x, next_y = _turned(next_twist.vx, next_twist.vy, pose.yaw + next_twist.omega * PHYSICS_PERIOD)
+        inertia = self.mass / PHYSICS_PERIOD
+        force = _shortened(inertia * (next_x - x), inertia * (next_y - y), MAX_FORCE)
         torque = self._yaw_inertia * (next_twist.omega - twist.omega) / PHYSICS_PERIOD
         self._push(pose, force, _clipped(torque, MAX_TORQUE))
         self._turn_wheels(next_twist)
@@ -73,8 +74,7 @@ class MecanumRobot:
         """Read pose and twist; call this after each physics step."""
         self.pose_in_world = pose = self._model.pose_in_world()
         (x, y, _), (_, _, omega) = pybullet.getBaseVelocity(self.body, physicsClientId=self._client)
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        self.twist_in_body = Twist2D(c * x + s * y, c * y - s * x, omega)
+        self.twist_in_body = Twist2D(*_turned(x, y, -pose.yaw), omega)
 
     @property
     def posture(self) -> RobotPosture:
@@ -95,12 +95,13 @@ class MecanumRobot:
         return Twist2D(twist.vx + change_x, twist.vy + change_y, omega)
 
     def _push(self, pose: Pose2D, force: tuple[float, float], torque: float) -> None:
-        x, y = pose.to_world(self._centre_of_mass[:2])
+        x, y, height = self._centre_of_mass
+        x, y = _turned(x, y, pose.yaw)
         pybullet.applyExternalForce(
             self.body,
             -1,
             [*force, 0.0],
-            [x, y, self._centre_of_mass[2]],
+            [pose.x + x, pose.y + y, height],
             pybullet.WORLD_FRAME,
             physicsClientId=self._client,
         )
@@ -109,11 +110,15 @@ class MecanumRobot:
         )
 
     def _turn_wheels(self, twist: Twist2D) -> None:
+        speeds = self._wheels.speeds(twist)
+        if speeds == self._wheel_speeds:
+            return
+        self._wheel_speeds = speeds
         pybullet.setJointMotorControlArray(
             self.body,
             [self._model.joints[name] for name in WHEELS],
             pybullet.VELOCITY_CONTROL,
-            targetVelocities=self._wheels.speeds(twist),
+            targetVelocities=speeds,
             forces=[WHEEL_TORQUE] * len(WHEELS),
             physicsClientId=self._client,
         )
@@ -131,8 +136,8 @@ class MecanumRobot:
                 physicsClientId=self._client,
             )
 
-    def _mass_properties(self) -> tuple[float, Array, float]:
-        """Return mass [kg], centre of mass in the body frame (3,) [m] and inertia about the vertical there [kg m^2]."""
+    def _mass_properties(self) -> tuple[float, tuple[float, float, float], float]:
+        """Return mass [kg], centre of mass in the body frame [m] and inertia about the vertical there [kg m^2]."""
         infos = [pybullet.getDynamicsInfo(self.body, link, physicsClientId=self._client) for link in self._links]
         masses = np.array([info[0] for info in infos])
         centres = np.array([self._centre_of_link(link) for link in self._links])
@@ -140,7 +145,7 @@ class MecanumRobot:
         spread = np.sum((centres - centre)[:, :2] ** 2, axis=1)
         inertia = float(sum(info[2][2] for info in infos) + masses @ spread)
         in_body = self._model.pose_in_world().to_body(centre[:2])
-        return float(masses.sum()), np.array([*in_body, centre[2]]), inertia
+        return float(masses.sum()), (float(in_body[0]), float(in_body[1]), float(centre[2])), inertia
 
     def _centre_of_link(self, link: int) -> Array:
         if link == -1:
@@ -153,6 +158,12 @@ def _shortened(x: float, y: float, longest: float) -> tuple[float, float]:
     """Return a vector, scaled down where it is longer than a limit."""
     scale = min(1.0, longest / max(math.hypot(x, y), 1e-12))
     return x * scale, y * scale
+
+
+def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
+    """Return a vector, turned counter-clockwise [rad]; numbers, since arrays of two would take ten times as long."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
 
 
 def _clipped(value: float, most: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from han_bullet.geometry import Array, Pose2D
+from han_bullet.geometry import Pose2D
 from han_bullet.world_schema import Trigger
 
 MOVING_SPEED = 0.05  # [m/s]; from here on the robot counts as having moved
@@ -34,18 +34,18 @@ class StartSignal:
         self._trigger = trigger
         self._event: float | None = 0.0 if trigger.when == "time" else None
 
-    def given(self, robot: RobotNow, position_in_world: Array) -> bool:
+    def given(self, robot: RobotNow, position_in_world: tuple[float, float]) -> bool:
         """Tell whether it is time.
 
         Args:
             robot: The robot now; call this often, an event between two calls is missed.
-            position_in_world: Of the one who waits, shape (2,) [m].
+            position_in_world: Of the one who waits [m].
         """
         if self._event is None and self._happens(robot, position_in_world):
             self._event = robot.time
         return self._event is not None and robot.time >= self._event + self._trigger.delay - 1e-9
 
-    def _happens(self, robot: RobotNow, position_in_world: Array) -> bool:
+    def _happens(self, robot: RobotNow, position_in_world: tuple[float, float]) -> bool:
         if self._trigger.when == "robot_moves":
             return robot.speed > MOVING_SPEED
         return robot.pose_in_world.distance_to(position_in_world) <= self._trigger.distance
