@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+import numba
 import numpy as np
 
 from han_bullet.control.way import Way
@@ -12,6 +14,7 @@ from han_bullet.messages import Posture, TrackedPerson
 
 NO_WORSE = 1e-3  # a gap that shrinks by less has not shrunk [m]
 LEVELS = np.linspace(1.0, 0.0, 11)  # parts of a speed that are tried
+MOMENTS = 12  # of a prediction
 
 
 class ProximityLimit:
@@ -96,26 +99,74 @@ class ProximityLimit:
         """Return the highest speed that keeps the passing gap from all walkers; the given one where none does."""
         if not walkers:
             return speed
-        time = np.linspace(0.0, self.horizon, 11)
-        courses = np.stack([w.position_in_world + time[:, None] * _velocity(w) for w in walkers])
-        robot = way.at(speed * LEVELS[:, None] * time)
-        gaps = np.hypot(*np.moveaxis(courses[:, None] - robot, -1, 0)).min(axis=(0, 2)) - self.contact_distance
-        kept = gaps >= self.passing_gap
+        starts = np.array([walker.position_in_world for walker in walkers], float)
+        velocities = np.array([_velocity(walker) for walker in walkers], float)
+        gaps = _passing_distances(way.points_in_world, way.arc, speed, self.horizon, starts, velocities)
+        kept = gaps - self.contact_distance >= self.passing_gap
         return float(speed * LEVELS[np.argmax(kept)]) if kept.any() else speed
 
     def _is_safe(self, speed: float, direction: Array, position_in_world: Array, person: TrackedPerson) -> bool:
         """Predict the gap while the robot drives on for the reaction time and then brakes to a stand."""
-        braking = speed / self.max_deceleration
-        time = np.linspace(0.0, self.reaction + braking, 12)
-        slowed = np.maximum(time - self.reaction, 0.0)
-        travelled = speed * time - 0.5 * self.max_deceleration * slowed**2
-        robot = position_in_world + travelled[:, None] * direction
-        walker = person.position_in_world + time[:, None] * _velocity(person)
-        gap = np.hypot(*(walker - robot).T).min() - self.contact_distance
-        if gap >= self.smallest_gap:
-            return True
-        standing = np.hypot(*(walker - position_in_world).T).min() - self.contact_distance
-        return bool(gap >= standing - NO_WORSE)
+        offset = person.position_in_world - position_in_world
+        moving, standing = _braking_distances(
+            offset, _velocity(person), speed * direction, self.reaction, self.max_deceleration
+        )
+        gap = moving - self.contact_distance
+        return bool(gap >= self.smallest_gap or gap >= standing - self.contact_distance - NO_WORSE)
+
+
+@numba.njit(cache=True)
+def _passing_distances(way: Array, arc: Array, speed: float, horizon: float, starts: Array, velocities: Array) -> Array:
+    """Return how near the centres of robot and walkers come, shape (levels,) [m], for each of the speeds tried.
+
+    Args:
+        way: From the robot on, shape (n, 2) [m].
+        arc: Arc length of each of its points, shape (n,) [m].
+        speed: Of which `LEVELS` are tried [m/s].
+        horizon: How far ahead [s].
+        starts: Of the walkers, shape (m, 2) [m].
+        velocities: Of the walkers, shape (m, 2) [m/s].
+    """
+    nearest = np.full(LEVELS.size, np.inf)
+    for level in range(LEVELS.size):
+        for moment in range(MOMENTS):
+            time = horizon * moment / (MOMENTS - 1)
+            along = min(speed * LEVELS[level] * time, arc[-1])
+            end = min(max(np.searchsorted(arc, along), 1), arc.size - 1)
+            part = (along - arc[end - 1]) / max(arc[end] - arc[end - 1], 1e-12)
+            x = way[end - 1, 0] + part * (way[end, 0] - way[end - 1, 0])
+            y = way[end - 1, 1] + part * (way[end, 1] - way[end - 1, 1])
+            for walker in range(len(starts)):
+                there_x = starts[walker, 0] + time * velocities[walker, 0]
+                there_y = starts[walker, 1] + time * velocities[walker, 1]
+                nearest[level] = min(nearest[level], math.hypot(there_x - x, there_y - y))
+    return nearest
+
+
+@numba.njit(cache=True)
+def _braking_distances(
+    offset: Array, velocity_person: Array, velocity_robot: Array, reaction: float, deceleration: float
+) -> tuple[float, float]:
+    """Return how near the centres come [m] while the robot drives on and brakes, and if it stood meanwhile.
+
+    Args:
+        offset: From the robot to the person, shape (2,) [m].
+        velocity_person: Shape (2,) [m/s].
+        velocity_robot: Shape (2,) [m/s].
+        reaction: Time before the brakes hold [s].
+        deceleration: Of the brakes [m/s^2].
+    """
+    speed = math.hypot(velocity_robot[0], velocity_robot[1])
+    duration = reaction + speed / deceleration
+    moving, standing = np.inf, np.inf
+    for moment in range(MOMENTS):
+        time = duration * moment / (MOMENTS - 1)
+        slowed = 0.5 * deceleration * max(time - reaction, 0.0) ** 2
+        part = time - slowed / max(speed, 1e-12)  # of the robot's velocity
+        x, y = offset[0] + time * velocity_person[0], offset[1] + time * velocity_person[1]
+        standing = min(standing, math.hypot(x, y))
+        moving = min(moving, math.hypot(x - part * velocity_robot[0], y - part * velocity_robot[1]))
+    return moving, standing
 
 
 def _velocity(person: TrackedPerson) -> Array:

@@ -12,11 +12,16 @@ SPREAD = 0.25  # a mean point of the way takes in this much to either side [m]; 
 
 
 class Way:
-    """A polyline from the robot on, shape (n, 2) [m]."""
+    """A polyline from the robot on.
+
+    Attributes:
+        points_in_world: Shape (n, 2) [m].
+        arc: Arc length of each point, shape (n,) [m].
+    """
 
     def __init__(self, points_in_world: Array) -> None:
         self.points_in_world = points_in_world
-        self._arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points_in_world, axis=0).T))])
+        self.arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points_in_world, axis=0).T))])
 
     @property
     def start(self) -> Array:
@@ -33,11 +38,11 @@ class Way:
     @property
     def length(self) -> float:
         """Return the arc length [m]."""
-        return float(self._arc[-1])
+        return float(self.arc[-1])
 
     def at(self, arc: float | Array) -> Array:
         """Return the points, (..., 2) [m], at arc lengths [m]; the end beyond it."""
-        return np.stack([np.interp(arc, self._arc, self.points_in_world[:, axis]) for axis in (0, 1)], axis=-1)
+        return np.stack([np.interp(arc, self.arc, self.points_in_world[:, axis]) for axis in (0, 1)], axis=-1)
 
     def mean_about(self, arc: float) -> Array:
         """Return the mean point, (2,) [m], of a stretch of the way."""
