@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
+from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography, project
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
@@ -124,6 +124,7 @@ class GroundProjection:
         """Return the floor points of boxes, shape (n, 4): x, y, width, height [px], whether or not they make sense."""
         boxes = np.asarray(boxes, float).reshape(-1, 4)
         pixels = np.column_stack([boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1] + FOOT_FRACTION * boxes[:, 3]])
+        pixels[:, 0] -= 0.5 * _lean(frame, pixels, boxes[:, 1])
         toes, jacobians, below_horizon = _to_floor(frame, pixels)
         deviations = boxes[:, 3, None] * np.array([FOOT_NOISE_ACROSS, FOOT_NOISE_ALONG])
         scaled = jacobians * deviations[:, None, :]
@@ -181,6 +182,19 @@ def _to_floor(frame: Frame, pixels: Array) -> tuple[Array, Array, NDArray[np.boo
     positions = mapped[:, :2] / scale
     jacobians = (homography[None, :2, :2] - positions[:, :, None] * homography[None, 2:, :2]) / scale[:, :, None]
     return positions, jacobians, below_horizon
+
+
+def _lean(frame: Frame, pixels: Array, rows: Array) -> Array:
+    """Return how many columns (n,) [px] the upper end of upright people is off their feet, who stand at pixels (n, 2).
+
+    Looking down, uprights lean outward the more, the farther they are from the middle of the image, and a box is
+    around all of them: its middle is half as far off the feet. They reach up to rows (n,).
+    """
+    feet, _, below_horizon = _to_floor(frame, pixels)
+    heads = np.column_stack([feet, _heights(frame, feet, rows)])
+    columns, depths = project(heads, frame.intrinsics, frame.camera_in_world)
+    lean: Array = np.where(below_horizon & (depths > 0.0), columns[:, 0] - pixels[:, 0], 0.0)
+    return lean
 
 
 def _behind(frame: Frame, toes: Array) -> Array:
