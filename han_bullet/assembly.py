@@ -42,7 +42,10 @@ def build_tracker(world: World, association: str = "nnjpda") -> MultiCameraTrack
     if association not in ASSOCIATIONS:
         raise BadInputError(f"association {association!r} is not known; there are {', '.join(ASSOCIATIONS)}")
     return MultiCameraTracker(
-        field_of_view=field_of_view(world), seats=world.seats(), association=ASSOCIATIONS[association]()
+        field_of_view=field_of_view(world),
+        seats=world.seats(),
+        floor=world.floor,
+        association=ASSOCIATIONS[association](),
     )
 
 

@@ -225,14 +225,16 @@ class HandOver:
     Attributes:
         place_in_world: Where the person is expected, shape (2,) [m].
         distance: Between the centres at the stop [m].
-        person: Id of the chosen track, once it is known.
+        person: Id of the chosen track while there is one.
         heading: Direction that the chosen person is taken to face [rad], once it is known.
+        position_in_world: Where the chosen person was last believed to be, shape (2,) [m], once it is known.
     """
 
     place_in_world: Array
     distance: float = 0.9
     person: int | None = None
     heading: float | None = None
+    position_in_world: Array | None = None
 
 
 Task = GoTo | HandOver

@@ -5,9 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from han_bullet.assembly import field_of_view
 from han_bullet.episode import Hook, Tick
 from han_bullet.perception_tally import MATCH_WITHIN, STEADY_AFTER, PerceptionTally
+from han_bullet.social_tallies import (
+    BEHIND_DEVIATION,
+    BESIDE_DEVIATION,
+    EARLY,
+    HandOverTally,
+    PassingTally,
+    SeatedTally,
+    TransitTally,
+)
 from han_bullet.tallies import (
     LEVEL_WITHIN,
     NEW_CONTACT_AFTER,
@@ -21,7 +32,7 @@ from han_bullet.tallies import (
     Value,
 )
 from han_bullet.tracking.field_of_view import SMALLEST
-from han_bullet.world_schema import World
+from han_bullet.world_schema import HandOverTask, Sit, World
 
 _CONTACT = (
     f"number of separate contacts of the robot with {{}}: signed distance <= 0 m; a touch of the same body counts "
@@ -74,6 +85,41 @@ DEFINITIONS: dict[str, tuple[str, str]] = {
         f"{STILL_SPEED:g} m/s within {LEVEL_WITHIN:g} m; none where it never did",
     ),
     "distance_when_level": ("m", "true distance between the centres at that moment; none where it never came"),
+    "passing_side": (
+        "",
+        f"left or right: the side of the robot's direction of motion (faster than {STILL_SPEED:g} m/s) on which the "
+        "person was when their centres were nearest; none where the robot never moved",
+    ),
+    "behind_seated": (
+        "1",
+        f"largest g3 at the robot's centre, of the true person while seated: exp(-u^2 / (2 {BEHIND_DEVIATION:g}^2) - "
+        f"v^2 / (2 {BESIDE_DEVIATION:g}^2)), u backward and v sideways, 0 before them; lower is better",
+    ),
+    "transit_time_on": (
+        "s",
+        "time of the robot's centre in the disc whose diameter joins somebody seated to the device that their seat "
+        "watches, while that is truly on; lower is better",
+    ),
+    "transit_time_off": ("s", "time of the robot's centre in the same disc while the device is truly off"),
+    "replan_delay": (
+        "s",
+        "from the first tick in which the device is truly on to the first whose way was searched anew knowing that; "
+        "none where either never came; lower is better",
+    ),
+    "hand_over_distance": ("m", "true distance between the centres of robot and person when the hand-over arrived"),
+    "hand_over_bearing": (
+        "rad",
+        "absolute direction of the robot from the person, against the person's true yaw, at that moment; 0 is straight "
+        "before them; lower is better",
+    ),
+    "hand_over_facing": (
+        "rad",
+        "absolute direction of the person from the robot, against its true yaw, at that moment; lower is better",
+    ),
+    "hand_over_early_bearing": (
+        "rad",
+        f"the same as hand_over_bearing when their centres first came within {EARLY:g} m; lower is better",
+    ),
     "person_position_rmse": (
         "m",
         "root mean square distance of matched tracks from their true person, over all ticks in which the track has "
@@ -145,10 +191,15 @@ class Metrics(Hook):
 
     def __init__(self, world: World) -> None:
         people = [person.name for person in world.people]
+        on_seats = {p.name: p.behaviour.on for p in world.people if isinstance(p.behaviour, Sit)}
         self._tallies: tuple[Tally, ...] = (
             MotionTally(),
             ContactTally(),
             EncounterTally(people, world.robot.radius),
+            PassingTally(people),
+            SeatedTally(list(on_seats)),
+            TransitTally(world.seats(), {tv.name: np.array(tv.position) for tv in world.devices}, on_seats),
+            *([HandOverTally(world.task)] if isinstance(world.task, HandOverTask) else []),
             PerceptionTally(people, field_of_view(world)),
         )
 

@@ -55,7 +55,7 @@ class Situation:
         """Return where the robot has to be for its task, as of the last update."""
         if isinstance(self._task, GoTo):
             return self._task.pose_in_world
-        return _hand_over_pose(self._task, self._scene.people, self._pose_robot_in_world)
+        return _hand_over_pose(self._task, self._pose_robot_in_world)
 
     @property
     def goal_is_final(self) -> bool:
@@ -76,26 +76,32 @@ class Situation:
 
 
 def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> HandOver:
-    """Choose the nearest track to the place, keep it, and take the bearing to the robot as its heading."""
+    """Choose the nearest track to the place, keep it, and take the bearing to the robot as its heading.
+
+    Who is out of sight, while the robot goes round something, is still taken to stand where they were.
+    """
     chosen = next((person for person in people if person.id == task.person), None)
     if chosen is None:
         near = [p for p in people if np.hypot(*(p.position_in_world - task.place_in_world)) <= CHOOSE_WITHIN]
         if not near:
-            return dataclasses.replace(task, person=None, heading=None)
+            return dataclasses.replace(task, person=None)
         chosen = min(near, key=lambda p: float(np.hypot(*(p.position_in_world - task.place_in_world))))
+    known = dataclasses.replace(task, person=chosen.id, position_in_world=chosen.position_in_world)
     if task.heading is not None and pose_robot_in_world.distance_to(chosen.position_in_world) < FREEZE_HEADING_AT:
-        return dataclasses.replace(task, person=chosen.id)
+        return known
     towards_robot = pose_robot_in_world.position - chosen.position_in_world
-    return dataclasses.replace(task, person=chosen.id, heading=math.atan2(towards_robot[1], towards_robot[0]))
+    return dataclasses.replace(known, heading=math.atan2(towards_robot[1], towards_robot[0]))
 
 
-def _hand_over_pose(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> Pose2D:
-    """Return the stop before the chosen person, facing them; while nobody is known, a look-out before the place."""
-    person = next((p for p in people if p.id == task.person), None)
-    if person is None or task.heading is None:
-        away = pose_robot_in_world.position - task.place_in_world
-        centre, distance, heading = task.place_in_world, FIRST_LOOK_AT, math.atan2(away[1], away[0])
-    else:
-        centre, distance, heading = person.position_in_world, task.distance, task.heading
-    stop = centre + distance * np.array([math.cos(heading), math.sin(heading)])
-    return Pose2D(float(stop[0]), float(stop[1]), heading + math.pi)
+def _hand_over_pose(task: HandOver, pose_robot_in_world: Pose2D) -> Pose2D:
+    """Return the stop before the chosen person, facing them; as long as nobody is known, the place, up to a look at it.
+
+    A stop on the straight line to the place could lie inside a piece of furniture; the way to the place does not.
+    """
+    if task.position_in_world is None or task.heading is None:
+        ahead = task.place_in_world - pose_robot_in_world.position
+        near = pose_robot_in_world.distance_to(task.place_in_world) <= FIRST_LOOK_AT
+        x, y = pose_robot_in_world.position if near else task.place_in_world
+        return Pose2D(float(x), float(y), math.atan2(ahead[1], ahead[0]))
+    x, y = task.position_in_world + task.distance * np.array([math.cos(task.heading), math.sin(task.heading)])
+    return Pose2D(float(x), float(y), task.heading + math.pi)

@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 
 from han_bullet.geometry import Pose2D
-from han_bullet.messages import Frame, Posture
+from han_bullet.messages import Detections, Frame, Posture
 from han_bullet.rendered_sequences import PersonInPicture, RenderedFrame, corridor, couch, film, mbot
 from han_bullet.rendered_takes import Take
+from han_bullet.tracking.projection import GroundProjection
+from han_bullet.tracking.seats import in_sitting_area
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import Furniture, Person
 
 SEQUENCES = [corridor, mbot, couch]
+LARGER_SCALE = 2.0 ** (1.0 / 8.0)  # between neighbouring boxes of the detector
 Sequence = Callable[..., Iterator[RenderedFrame]]
 WHOLE = PersonInPicture(np.array([100.0, 50.0, 60.0, 110.0]), False, 0.3, math.radians(34.9), 0.0, Posture.STANDING)
 
@@ -139,6 +142,21 @@ def test_seated_people_of_the_couch_are_drawn_in_several_outfits(frames: dict[st
         middles[frame.take] = tuple(frame.image[y + height // 3, x + width // 2] // 32)
     assert len(middles) == 5
     assert len(set(middles.values())) >= 3
+
+
+def test_boxes_around_seated_people_end_inside_the_picture_though_a_scale_too_large_and_are_measured(
+    frames: dict[str, list[RenderedFrame]],
+) -> None:
+    world = load_world("real2")
+    (seat,) = world.seats()
+    projection = GroundProjection(robot_radius=0.3, obstacles=world.solid_boxes(), seats=[seat])
+    for frame in frames["couch"]:
+        x, y, width, height = frame.boxes[0]
+        larger = np.array([[x, y, width, LARGER_SCALE * height]])
+        found = Detections(larger, scores=np.array([30.0]), probabilities=np.ones(1))
+        scan = projection.project(frame.frame, found, Pose2D(0.0, 0.0, 0.0))
+        assert len(scan.positions) == 1
+        assert in_sitting_area(seat, scan.positions).all()
 
 
 def test_frames_are_made_one_by_one_as_they_are_asked_for_and_reported() -> None:

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from experiments import real2, sim1
+from experiments import real1, real2, real3, real4, sim1, sim2
 from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.grid import LETHAL, Costmap
 from han_bullet.costmap.layer import Layer
@@ -73,16 +73,45 @@ def test_a_run_leaves_all_its_files(real2_with_cameras: RunResult) -> None:
     assert (folder / "detections.csv").read_text().startswith("time,camera,x,y,width,height,score,probability\n0")
 
 
+OTHER_EXPERIMENTS = {
+    "real1": real1.main,
+    "real3": real3.main,
+    "real3_off": real3.with_television_off,
+    "real4": real4.main,
+    "sim1": sim1.main,
+    "sim2": sim2.main,
+}
+
+
 @pytest.mark.scenario
-def test_sim1_with_cameras_meets_its_expectations(tmp_path: Path) -> None:
-    assert_expectations_met(sim1.main(RunOptions(seed=SEED, video=False), tmp_path))
+@pytest.mark.parametrize("world", OTHER_EXPERIMENTS)
+def test_every_other_experiment_with_cameras_meets_its_expectations(world: str, tmp_path: Path) -> None:
+    assert_expectations_met(OTHER_EXPERIMENTS[world](RunOptions(seed=SEED, video=False), tmp_path))
 
 
 @pytest.mark.scenario
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("world", ["real2", "sim1"])
+@pytest.mark.parametrize("world", ["real2", *OTHER_EXPERIMENTS])
 def test_with_perfect_perception_the_expectations_are_met(world: str, seed: int, tmp_path: Path) -> None:
     assert_expectations_met(run_world(world, RunOptions(seed=seed, perception="truth", video=False), tmp_path))
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize(
+    ("world", "without", "metric"),
+    [
+        ("real1", "personal_still", "minimum_distance.first"),
+        ("real3", "interaction", "transit_time_on.tv"),
+        ("real3", "visibility", "behind_seated.viewer"),
+        ("sim2", "interaction", "transit_time_on.tv"),
+        ("sim2", "visibility", "behind_seated.viewer"),
+    ],
+)
+def test_without_its_layer_a_world_fails_on_what_the_layer_is_for(
+    world: str, without: str, metric: str, tmp_path: Path
+) -> None:
+    options = RunOptions(perception="truth", video=False, without=(without,))
+    assert metric in {check.metric for check in run_world(world, options, tmp_path).checks if not check.passed}
 
 
 @pytest.mark.scenario

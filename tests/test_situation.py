@@ -72,7 +72,24 @@ def test_the_persons_heading_is_frozen_when_the_robot_is_near() -> None:
     assert abs(scene.task.heading) == pytest.approx(math.pi)
 
 
-def test_while_nobody_is_seen_at_the_place_the_robot_looks_from_a_distance() -> None:
+def test_while_nobody_is_seen_at_the_place_the_robot_comes_near_enough_to_look_and_no_nearer() -> None:
     situation = Situation(task=HandOver(np.array([10.0, 0.0])))
     situation.update(observation(0.0), [])
-    assert situation.goal().x == pytest.approx(7.5)
+    assert (situation.goal().x, situation.goal().y) == (10.0, 0.0)
+    situation.update(observation(9.0, pose=Pose2D(8.0, 1.0, 0.3)), [])
+    goal = situation.goal()
+    assert (goal.x, goal.y) == (8.0, 1.0)
+    assert goal.yaw == pytest.approx(math.atan2(-1.0, 2.0))
+    assert not situation.goal_is_final
+
+
+def test_a_person_of_a_hand_over_who_is_out_of_sight_is_still_where_they_were() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0]), distance=0.9))
+    situation.update(observation(0.0), [person(5.2, 0.1, number=3)])
+    situation.update(observation(1.0, pose=Pose2D(2.0, 2.0, 0.0)), [])
+    goal = situation.goal()
+    assert math.dist((goal.x, goal.y), (5.2, 0.1)) == pytest.approx(0.9)
+    assert not situation.goal_is_final
+    scene = situation.update(observation(2.0, pose=Pose2D(2.0, 2.0, 0.0)), [person(5.3, 0.1, number=8)])
+    assert isinstance(scene.task, HandOver) and scene.task.person == 8
+    assert situation.goal_is_final

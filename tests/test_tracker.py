@@ -12,6 +12,7 @@ from han_bullet.messages import Frame, Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import GlobalNearestNeighbour, NearestNeighbour
 from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.tracker import MultiCameraTracker
+from han_bullet.world_schema import FloorArea
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 EMPTY = np.zeros((480, 640, 3), np.uint8)
@@ -248,6 +249,30 @@ def test_who_gets_up_from_a_seat_leaves_it_empty_and_keeps_the_id() -> None:
     log, _ = follow(people, 7.0, tracker=MultiCameraTracker(field_of_view=VIEW, seats=[seat]))
     assert next(p for t, p in log if t > 3.0)[0].posture is Posture.SEATED
     assert [(p.id, p.posture) for p in log[-1][1]] == [(0, Posture.WALKING)]
+
+
+def test_two_cameras_that_place_one_sitter_apart_make_one_person() -> None:
+    seat = Seat("couch", np.array([8.0, 0.5]), -0.5 * math.pi, 0.8, 1.9, "tv")
+    left, right = np.array([7.5, 0.2]), np.array([8.6, 0.2])
+    apart, together = (MultiCameraTracker(field_of_view=VIEW, seats=[seat]) for _ in range(2))
+    for k in range(20):
+        time = 0.1 * k
+        one = apart.update([at(EASTWARD, time, [left]), at(WESTWARD, time, [right])], time)
+        two = together.update([at(EASTWARD, time, [left, right])], time)
+    assert [(p.id, p.posture) for p in one] == [(0, Posture.SEATED)]
+    assert [(p.id, p.posture) for p in two] == [(0, Posture.SEATED), (1, Posture.SEATED)]
+
+
+def test_nobody_is_predicted_through_a_wall() -> None:
+    def people(time: float) -> list[tuple[float, float]]:
+        return [(5.0 + 0.8 * time, 0.0)]
+
+    floor = FloorArea(x=(0.0, 9.0), y=(-1.5, 1.5), texture="tiles")
+    log, tracker = follow(people, 8.0, [EASTWARD], tracker=MultiCameraTracker(field_of_view=VIEW, floor=[floor]))
+    assert max(p[0].position_in_world[0] for t, p in log if p) == pytest.approx(9.3, abs=0.1)
+    assert tracker.records[0].reason == "predicted off the floor"
+    beyond, _ = follow(people, 8.0, [EASTWARD])
+    assert max(p[0].position_in_world[0] for t, p in beyond if p) > 10.0
 
 
 def test_a_second_box_around_one_person_makes_no_second_person() -> None:

@@ -1,4 +1,4 @@
-"""The loop does no more work than it did: counted, so that a slow machine cannot fail it and a fast one cannot hide it."""
+"""The loop does no more work than it did: counted, so that no slow machine fails it and no fast one hides it."""
 
 import pytest
 

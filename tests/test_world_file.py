@@ -7,6 +7,7 @@ import pytest
 
 from han_bullet.errors import BadInputError
 from han_bullet.world_file import find_world, json_schema, load_world, parse_world, read_yaml, world_names
+from han_bullet.world_schema import CeilingCamera
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -20,6 +21,16 @@ def test_every_shipped_world_fits_the_schema_and_bears_its_files_name() -> None:
     assert {"real2", "sim1"} <= set(world_names())
     for name in world_names():
         assert load_world(name).name == name
+
+
+def test_worlds_are_of_one_building_so_a_ceiling_camera_hangs_alike_in_all() -> None:
+    cameras: dict[str, CeilingCamera] = {}
+    for name in world_names():
+        for camera in load_world(name).cameras:
+            turned = (name, camera.name) == ("sim2", "camera4")  # and with a wider lens, to have the taker in view
+            if isinstance(camera, CeilingCamera) and not turned:
+                assert camera == cameras.setdefault(camera.name, camera), name
+    assert cameras.keys() == {"camera1", "camera2", "camera3", "camera4"}
 
 
 def test_a_world_survives_being_written_and_read() -> None:

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
+from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography, project
 from han_bullet.messages import Detections, Frame, Scan, Seat
+from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
+from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
 from han_bullet.tracking.seats import in_sitting_area
 from han_bullet.world_schema import FloorArea
 
@@ -34,10 +36,6 @@ SMALLEST_BOX = 104.0
 OWN_BODY_MARGIN = 0.15
 # Of a standing person whose box scatters by a tenth [m].
 PLAUSIBLE_HEIGHTS = (1.3, 2.2)
-# Of somebody in a sitting area [m]: head at 1.2 m, box sometimes without the lower legs.
-LOWEST_SEATED = 0.9
-# How far a foot point may err into a wall, a table or off the floor [m]: a large but common error along the ray.
-BUILDING_TOLERANCE = 0.3
 # Height that must be in sight of the camera past the walls [m].
 CHEST = 1.2
 # A box that ends closer to the image's lower border than this is cut [px].
@@ -64,6 +62,7 @@ class FootPoints:
 class GroundProjection:
     """Find where detected people stand, and drop what cannot be a person's foot point.
 
+    Boxes whose feet are hidden by furniture, or too short for a whole person, are placed by seat or head instead.
     Dropped: boxes too small or cut by the image's lower border, foot points above the horizon, the robot itself, boxes
     whose person would be a dwarf or a giant there, and places off the floor, in a solid box or behind a wall.
 
@@ -94,24 +93,38 @@ class GroundProjection:
 
     def project(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Scan:
         """Return the people of one frame on the floor."""
-        feet = self.foot_points(frame, detections.boxes)
+        boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
+        feet = self.foot_points(frame, boxes)
         human = feet.measurable & ~self._is_robot(feet.positions, pose_robot_in_world) & self._has_human_height(feet)
-        kept = np.flatnonzero(human)
-        kept = kept[self._is_in_building(frame, feet.positions[kept])]
+        places = self._places(frame, boxes, feet, human)
+        places.valid[self._is_robot(places.positions, pose_robot_in_world)] = False
+        kept = np.flatnonzero(places.valid)
+        kept = kept[self._is_in_building(frame, places.positions[kept])]
         return Scan(
             frame.camera,
             frame.time,
-            feet.positions[kept],
-            feet.covariances[kept],
+            places.positions[kept],
+            places.covariances[kept],
             kept.astype(np.int64),
             frame,
             pose_robot_in_world,
         )
 
+    def _places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
+        """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
+        heads = by_head(frame, boxes, feet.positions)
+        lost = human & (feet_hidden(frame, boxes, heads, self.obstacles) | self._is_short(feet))
+        places = Readings(feet.positions, feet.covariances, human & ~lost)
+        for reading in (*(by_seat(frame, boxes, feet.positions, seat) for seat in self.seats), heads):
+            covariances = reading.covariances + BODY_DEVIATION**2 * np.eye(2)
+            places = places.or_else(Readings(reading.positions, covariances, reading.valid & lost))
+        return places
+
     def foot_points(self, frame: Frame, boxes: Array) -> FootPoints:
         """Return the floor points of boxes, shape (n, 4): x, y, width, height [px], whether or not they make sense."""
         boxes = np.asarray(boxes, float).reshape(-1, 4)
         pixels = np.column_stack([boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1] + FOOT_FRACTION * boxes[:, 3]])
+        pixels[:, 0] -= 0.5 * _lean(frame, pixels, boxes[:, 1])
         toes, jacobians, below_horizon = _to_floor(frame, pixels)
         deviations = boxes[:, 3, None] * np.array([FOOT_NOISE_ACROSS, FOOT_NOISE_ALONG])
         scaled = jacobians * deviations[:, None, :]
@@ -126,20 +139,25 @@ class GroundProjection:
         return own
 
     def _has_human_height(self, feet: FootPoints) -> NDArray[np.bool_]:
-        lowest = np.full(len(feet.heights), PLAUSIBLE_HEIGHTS[0])
-        for seat in self.seats:
-            lowest[in_sitting_area(seat, feet.positions, BUILDING_TOLERANCE)] = LOWEST_SEATED
+        lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
         human: NDArray[np.bool_] = (feet.heights >= lowest) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
         return human
 
+    def _is_short(self, feet: FootPoints) -> NDArray[np.bool_]:
+        """Tell which boxes are too short for a whole person who stands."""
+        short: NDArray[np.bool_] = (feet.heights < SHORTEST_WHOLE) & ~self._on_seat(feet.positions)
+        return short
+
+    def _on_seat(self, positions: Array) -> NDArray[np.bool_]:
+        on_seat = np.zeros(len(positions), bool)
+        for seat in self.seats:
+            on_seat |= in_sitting_area(seat, positions, BUILDING_TOLERANCE)
+        return on_seat
+
     def _is_in_building(self, frame: Frame, positions: Array) -> NDArray[np.bool_]:
-        inside = np.full(len(positions), not self.floor)
+        inside = on_floor(self.floor, positions)
         if not len(positions):
             return inside
-        for area in self.floor:
-            lower = np.array([area.x[0], area.y[0]]) - BUILDING_TOLERANCE
-            upper = np.array([area.x[1], area.y[1]]) + BUILDING_TOLERANCE
-            inside |= np.all((positions >= lower) & (positions <= upper), axis=1)
         eye = frame.camera_in_world[:3, 3]
         ray = positions - eye[:2]
         nearer = positions - BUILDING_TOLERANCE * ray / np.linalg.norm(ray, axis=1, keepdims=True)
@@ -164,6 +182,19 @@ def _to_floor(frame: Frame, pixels: Array) -> tuple[Array, Array, NDArray[np.boo
     positions = mapped[:, :2] / scale
     jacobians = (homography[None, :2, :2] - positions[:, :, None] * homography[None, 2:, :2]) / scale[:, :, None]
     return positions, jacobians, below_horizon
+
+
+def _lean(frame: Frame, pixels: Array, rows: Array) -> Array:
+    """Return how many columns (n,) [px] the upper end of upright people is off their feet, who stand at pixels (n, 2).
+
+    Looking down, uprights lean outward the more, the farther they are from the middle of the image, and a box is
+    around all of them: its middle is half as far off the feet. They reach up to rows (n,).
+    """
+    feet, _, below_horizon = _to_floor(frame, pixels)
+    heads = np.column_stack([feet, _heights(frame, feet, rows)])
+    columns, depths = project(heads, frame.intrinsics, frame.camera_in_world)
+    lean: Array = np.where(below_horizon & (depths > 0.0), columns[:, 0] - pixels[:, 0], 0.0)
+    return lean
 
 
 def _behind(frame: Frame, toes: Array) -> Array:

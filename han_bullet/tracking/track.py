@@ -133,8 +133,11 @@ class Track:
     def is_duplicate_of(self, older: Track) -> bool:
         """Tell whether an older track is the same person: close, as fast, and not apart in one image.
 
-        Of a track that is not confirmed, an image of both is taken for a second box around the same person.
+        Of a track that is not confirmed, an image of both is taken for a second box around the same person. Two on one
+        seat are one person, however far apart on it, unless one image showed both.
         """
+        if self._shares_seat_with(older) and not self._shares_image_with(older):
+            return True
         if self._distance_to(older.state.position) >= DUPLICATE_DISTANCE:
             return False
         if self.confirmed and self._shares_image_with(older):
@@ -161,6 +164,10 @@ class Track:
         # Two numbers at a time, for numpy takes ten times as long; every pair of tracks is asked at every scan.
         x, y = self.state.mean[:2].tolist()
         return math.hypot(x - position[0], y - position[1])
+
+    def _shares_seat_with(self, other: Track) -> bool:
+        seat = self.posture.stance.seat
+        return seat is not None and seat is other.posture.stance.seat
 
     def _shares_image_with(self, other: Track) -> bool:
         """Tell whether one image of the last seconds showed two people, this one and the other."""

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from han_bullet.messages import Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import Association, gate
+from han_bullet.tracking.building import on_floor
 from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.kalman import ConstantVelocity
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.track import Track, TrackRecord
+from han_bullet.world_schema import FloorArea
 
 # Of ended tracks, so that a run of days does not fill the memory.
 KEPT_RECORDS = 1000
@@ -37,6 +39,7 @@ class MultiCameraTracker(PeopleTracker):
     Args:
         field_of_view: What the cameras can see.
         seats: Sitting areas of the map.
+        floor: Pieces of floor that people may be on; none: everywhere.
         association: Which track takes which measurement; None: NNJPDA.
         motion: How people move; None: constant velocity with its usual acceleration.
     """
@@ -46,11 +49,13 @@ class MultiCameraTracker(PeopleTracker):
         *,
         field_of_view: FieldOfView,
         seats: Sequence[Seat] = (),
+        floor: Sequence[FloorArea] = (),
         association: Association | None = None,
         motion: ConstantVelocity | None = None,
     ) -> None:
         self.field_of_view = field_of_view
         self.seats = tuple(seats)
+        self.floor = tuple(floor)
         self.association = association or Nnjpda()
         self.motion = motion or ConstantVelocity()
         self._tracks: list[Track] = []
@@ -135,9 +140,12 @@ class MultiCameraTracker(PeopleTracker):
         self._remove(younger, time, f"{reason}, {older.id}" if older.confirmed else reason)
 
     def _end(self, time: float) -> None:
-        """End the tracks that have been without a hit for too long."""
-        for track in tuple(self._tracks):
+        """End the tracks that have been without a hit for too long, or that coast off the floor."""
+        positions = np.array([track.state.position for track in self._tracks]).reshape(-1, 2)
+        for track, inside in zip(tuple(self._tracks), on_floor(self.floor, positions), strict=True):
             reason = track.reason_to_end(time)
+            if not inside and track.last_hit < track.time:  # nobody walks through a wall, so nobody is known there
+                reason = "predicted off the floor"
             if reason is not None:
                 self._remove(track, time, reason)
 
