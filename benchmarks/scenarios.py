@@ -1,6 +1,6 @@
 """Worlds over seeds: how often the expectations are met, and the figures behind them.
 
-Usage: python -m benchmarks.scenarios [--worlds real2,sim1] [--seeds 10] [--perception cameras|truth] [--out DIR]
+Usage: python -m benchmarks.scenarios [--worlds real1,real2] [--seeds 10] [--perception cameras|truth] [--out DIR]
 """
 
 import argparse
@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.provenance import provenance
 from han_bullet.markdown import markdown_table
 from han_bullet.runner import RunOptions, RunResult, run_world
+from han_bullet.world_file import world_names
 
 SHOWN = (
     "time_to_goal",
@@ -39,7 +40,7 @@ def summary(world: str, results: list[RunResult]) -> list[object]:
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--worlds", default="real2,sim1")
+    parser.add_argument("--worlds", default=",".join(world_names()))
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--perception", choices=("cameras", "truth"), default="cameras")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)

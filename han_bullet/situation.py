@@ -13,7 +13,7 @@ from han_bullet.messages import Device, GoTo, HandOver, Observation, Scene, Seat
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 FREEZE_HEADING_AT = 2.0  # [m]: nearer than this, the bearing to the robot says nothing new about the person
-FIRST_LOOK_AT = 2.5  # [m] before the place, while nobody has been seen there yet
+FIRST_LOOK_AT = 3.0  # [m] before the place the robot brakes while nobody has been seen there; it stands at 2.5
 
 
 class Situation:

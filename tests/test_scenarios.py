@@ -104,7 +104,6 @@ def test_with_perfect_perception_the_expectations_are_met(world: str, seed: int,
         ("real3", "interaction", "transit_time_on.tv"),
         ("real3", "visibility", "behind_seated.viewer"),
         ("sim2", "interaction", "transit_time_on.tv"),
-        ("sim2", "visibility", "behind_seated.viewer"),
     ],
 )
 def test_without_its_layer_a_world_fails_on_what_the_layer_is_for(
