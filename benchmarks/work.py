@@ -26,7 +26,7 @@ from han_bullet.world_schema import World
 
 
 def counted_work(world: World, seed: int, seconds: float) -> dict[str, int]:
-    """Run a world with all its cameras in this process; return what was done after the first frames, by name."""
+    """Run a world with all its cameras in this process; return what was done after the calibration, by name."""
     counts: Counter[str] = Counter()
     station = CameraStation(world, seed, [camera.name for camera in world.cameras], DetectorChoice().load())
     simulator = Simulator(world, renderer=station.frames)

@@ -107,13 +107,13 @@ class CameraWorkers(FrameSource, FrameDetector):
     def __init__(self, world: World, seed: int, cameras: Sequence[str], choice: DetectorChoice, count: int) -> None:
         self._shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
         self._onboard = {name for name in cameras if isinstance(world.camera(name), OnboardCamera)}
-        self._memories = {
-            name: SharedMemory(create=True, size=int(np.prod(shape))) for name, shape in self._shapes.items()
-        }
+        self._memories: dict[str, SharedMemory] = {}
         self._workers: list[tuple[Any, Connection]] = []
         self._threshold: float | None = None
         self._found: dict[tuple[str, float], FrameDetections] = {}
         try:
+            for name, shape in self._shapes.items():
+                self._memories[name] = SharedMemory(create=True, size=int(np.prod(shape)))
             self._start(world, seed, tuple(cameras), choice, min(count, len(cameras)))
         except BaseException:  # above all the keyboard, while the server still imports
             self.close()

@@ -1,4 +1,4 @@
-"""Memory of processes, as Linux tells it under /proc; elsewhere it is 0."""
+"""Memory of processes, as Linux tells it; what only /proc knows is 0 elsewhere."""
 
 from __future__ import annotations
 

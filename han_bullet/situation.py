@@ -8,10 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from han_bullet.geometry import Pose2D
+from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import Device, GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
+SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
+GONE_WITHIN = 0.3  # [m] of the stop before somebody who is not seen there: they have left
 FREEZE_HEADING_AT = 2.0  # [m]: nearer than this, the bearing to the robot says nothing new about the person
 FIRST_LOOK_AT = 3.0  # [m] before the place the robot brakes while nobody has been seen there; it stands at 2.5
 
@@ -82,15 +84,29 @@ def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_
     """
     chosen = next((person for person in people if person.id == task.person), None)
     if chosen is None:
-        near = [p for p in people if np.hypot(*(p.position_in_world - task.place_in_world)) <= CHOOSE_WITHIN]
-        if not near:
-            return dataclasses.replace(task, person=None)
-        chosen = min(near, key=lambda p: float(np.hypot(*(p.position_in_world - task.place_in_world))))
+        chosen = _nearest(people, task.place_in_world if task.position_in_world is None else task.position_in_world)
+        chosen = chosen or _nearest(people, task.place_in_world)
+    if chosen is None:
+        gone = task.position_in_world is not None and (
+            pose_robot_in_world.distance_to(task.position_in_world) <= task.distance + GONE_WITHIN
+        )
+        lost = dataclasses.replace(task, person=None)
+        return dataclasses.replace(lost, heading=None, position_in_world=None) if gone else lost
+    same = chosen.id == task.person or (
+        task.position_in_world is not None and math.dist(chosen.position_in_world, task.position_in_world) <= SAME_PLACE
+    )
     known = dataclasses.replace(task, person=chosen.id, position_in_world=chosen.position_in_world)
-    if task.heading is not None and pose_robot_in_world.distance_to(chosen.position_in_world) < FREEZE_HEADING_AT:
+    near = pose_robot_in_world.distance_to(chosen.position_in_world) < FREEZE_HEADING_AT
+    if task.heading is not None and same and near:
         return known
     towards_robot = pose_robot_in_world.position - chosen.position_in_world
     return dataclasses.replace(known, heading=math.atan2(towards_robot[1], towards_robot[0]))
+
+
+def _nearest(people: Sequence[TrackedPerson], place_in_world: Array) -> TrackedPerson | None:
+    """Return who is nearest to a place, (2,) [m], of those who are near enough to be meant."""
+    near = [person for person in people if math.dist(person.position_in_world, place_in_world) <= CHOOSE_WITHIN]
+    return min(near, key=lambda person: math.dist(person.position_in_world, place_in_world), default=None)
 
 
 def _hand_over_pose(task: HandOver, pose_robot_in_world: Pose2D) -> Pose2D:

@@ -137,7 +137,7 @@ class HandOverTally(Tally):
     """How a hand-over ended, and how it was approached; the person is who stood nearest to its place at first.
 
     Args:
-        task: Of the world, if it is one.
+        task: Of the world.
     """
 
     _NAMES = ("hand_over_distance", "hand_over_bearing", "hand_over_facing", "hand_over_early_bearing")

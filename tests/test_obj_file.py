@@ -46,7 +46,20 @@ def test_the_picture_of_the_material_file_is_found() -> None:
     assert texture.resolve() == (assets.urdf_folder() / "textures" / "fabric.png").resolve()
 
 
-@pytest.mark.parametrize("text", ["", "v 0 0 0\nf 1 2 3\n", "v 0 0\nf 1 1 1\n", "v a b c\n", "solid stl\n"])
+def test_numbers_from_the_end_are_those_of_the_rows_so_far(tmp_path: Path) -> None:
+    triangle = "v 0 0 {z}\nv 1 0 {z}\nv 0 1 {z}\nf -3 -2 -1\n"
+    surface, _ = read_obj(written(tmp_path, triangle.format(z=0) + triangle.format(z=5)))
+    assert surface.vertices[surface.triangles][:, :, 2].tolist() == [[0.0] * 3, [5.0] * 3]
+
+
+def test_a_normal_without_length_is_none(tmp_path: Path) -> None:
+    surface, _ = read_obj(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 1 2\n"))
+    assert np.linalg.norm(surface.normals, axis=1).min() > 0.0
+
+
+@pytest.mark.parametrize(
+    "text", ["", "v 0 0 0\nv 1 0 0\nf 1 2\n", "v 0 0 0\nf 1 2 3\n", "v 0 0\nf 1 1 1\n", "v a b c\n", "solid stl\n"]
+)
 def test_what_is_no_mesh_is_named(tmp_path: Path, text: str) -> None:
     with pytest.raises(BadInputError, match=r"mesh\.obj is no OBJ file"):
         read_obj(written(tmp_path, text))

@@ -93,3 +93,20 @@ def test_a_person_of_a_hand_over_who_is_out_of_sight_is_still_where_they_were() 
     scene = situation.update(observation(2.0, pose=Pose2D(2.0, 2.0, 0.0)), [person(5.3, 0.1, number=8)])
     assert isinstance(scene.task, HandOver) and scene.task.person == 8
     assert situation.goal_is_final
+
+
+def test_somebody_else_at_the_place_gets_a_heading_of_their_own() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    situation.update(observation(0.0), [person(5.0, 0.0, number=3)])
+    scene = situation.update(observation(1.0, pose=Pose2D(6.5, 0.0, 0.0)), [person(5.0, 0.8, number=8)])
+    assert isinstance(scene.task, HandOver) and scene.task.heading == pytest.approx(math.atan2(-0.8, 1.5))
+
+
+def test_who_has_walked_on_is_looked_for_where_they_were_last_and_then_at_the_place() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0]), distance=0.9))
+    situation.update(observation(0.0), [person(5.0, 0.0, number=3)])
+    situation.update(observation(1.0), [person(9.0, 0.0, number=3)])
+    scene = situation.update(observation(2.0), [person(9.3, 0.0, number=4)])
+    assert isinstance(scene.task, HandOver) and scene.task.person == 4
+    situation.update(observation(3.0, pose=Pose2D(8.3, 0.0, 0.0)), [])
+    assert situation.goal().position == pytest.approx([5.0, 0.0])

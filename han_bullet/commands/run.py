@@ -55,6 +55,9 @@ def add(commands: Commands[Parser]) -> None:
 
 
 def _run(options: argparse.Namespace, console: Console) -> int:
+    from han_bullet.world_file import find_world
+
+    find_world(options.world)  # a wrong name is refused before anything is started
     if options.perception == "cameras" and options.workers > 1:
         from han_bullet.fork_server import worker_context
 
@@ -62,7 +65,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.camera_workers import DetectorChoice
     from han_bullet.progress import ProgressBar
     from han_bullet.runner import RunOptions, run_world
-    from han_bullet.world_file import find_world, load_world
+    from han_bullet.world_file import load_world
 
     world = load_world(options.world)
     run_options = RunOptions(

@@ -83,8 +83,10 @@ class ChangedArea(SearchArea):
 
 @numba.njit(cache=True)
 def _changed_windows(counts: NDArray[np.int32], x: Array, y: Array, width: float, height: float) -> Windows:
-    """Do for all boxes of a grid what `changed_part` does for a few."""
-    changed = np.empty((y.size, x.size), np.bool_)
+    """Do for all boxes of a grid what `changed_part` does for a few; a box without area holds nobody."""
+    changed = np.zeros((y.size, x.size), np.bool_)
+    if not width * height > 0.0:
+        return changed
     left, right = _nearest(x, counts.shape[1]), _nearest(x + width, counts.shape[1])
     top, bottom = _nearest(y, counts.shape[0]), _nearest(y + height, counts.shape[0])
     for row in range(y.size):

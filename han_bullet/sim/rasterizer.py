@@ -1,6 +1,6 @@
 """A software renderer for textured triangle meshes.
 
-It gives the picture that PyBullet's software renderer gives (a test compares them) in a twentieth of the time: that one
+It gives the picture that PyBullet's software renderer gives (a test compares them) in a tenth of the time: that one
 tries every pixel in a triangle's bounding box, column by column; this one walks along the rows between the edges.
 
 Triangles are never clipped. With the corners p0, p1, p2 in the camera's frame, a ray r meets the triangle where the
