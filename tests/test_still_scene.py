@@ -113,3 +113,8 @@ def test_image_of_another_size_is_refused_with_both_sizes():
 def test_no_boxes_give_no_answers():
     scene = StillScene(room(), BOX)
     assert scene.keep(scene.changes(room()), np.zeros((0, 4))).shape == (0,)
+
+
+def test_a_box_without_area_has_nothing_changed_in_it() -> None:
+    area = ChangedArea(np.ones((120, 160), bool))
+    assert not area.windows(np.array([10.0]), np.array([10.0]), 0.0, 50.0).any()
