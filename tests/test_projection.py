@@ -38,7 +38,7 @@ def scan_of(boxes: list[list[float]], projection: GroundProjection | None = None
 @given(st.floats(3.8, 9.4), st.floats(-1.0, 1.0))
 def test_a_person_is_found_where_they_stand(x: float, y: float) -> None:
     scan = scan_of([box_of(x, y)])
-    assert scan.positions == pytest.approx(np.array([[x, y]]), abs=0.01)
+    assert scan.positions == pytest.approx(np.array([[x, y]]), abs=1e-9)
     assert (scan.camera, scan.time, scan.frame, scan.pose_robot_in_world) == ("camera1", 1.5, FRAME, FAR_AWAY)
 
 

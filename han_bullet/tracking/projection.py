@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography, project
+from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
@@ -123,8 +123,9 @@ class GroundProjection:
     def foot_points(self, frame: Frame, boxes: Array) -> FootPoints:
         """Return the floor points of boxes, shape (n, 4): x, y, width, height [px], whether or not they make sense."""
         boxes = np.asarray(boxes, float).reshape(-1, 4)
-        pixels = np.column_stack([boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1] + FOOT_FRACTION * boxes[:, 3]])
-        pixels[:, 0] -= 0.5 * _lean(frame, pixels, boxes[:, 1])
+        rows = boxes[:, 1] + FOOT_FRACTION * boxes[:, 3]
+        columns = _foot_columns(frame, boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1], rows)
+        pixels = np.column_stack([columns, rows])
         toes, jacobians, below_horizon = _to_floor(frame, pixels)
         deviations = boxes[:, 3, None] * np.array([FOOT_NOISE_ACROSS, FOOT_NOISE_ALONG])
         scaled = jacobians * deviations[:, None, :]
@@ -184,17 +185,19 @@ def _to_floor(frame: Frame, pixels: Array) -> tuple[Array, Array, NDArray[np.boo
     return positions, jacobians, below_horizon
 
 
-def _lean(frame: Frame, pixels: Array, rows: Array) -> Array:
-    """Return how many columns (n,) [px] the upper end of upright people is off their feet, who stand at pixels (n, 2).
+def _foot_columns(frame: Frame, middles: Array, upper: Array, lower: Array) -> Array:
+    """Return the columns (n,) [px] of the feet of upright people whose boxes have these middles and rows (n,) [px].
 
-    Looking down, uprights lean outward the more, the farther they are from the middle of the image, and a box is
-    around all of them: its middle is half as far off the feet. They reach up to rows (n,).
+    Looking down, uprights lean outward, and the middle of a box is that of foot and head. With the foot's ray
+    (x, y, 1), b the world's upright in the camera's axes and t the height over the depth, the head is at
+    (x + t b_x) / (1 + t b_z); its row gives t.
     """
-    feet, _, below_horizon = _to_floor(frame, pixels)
-    heads = np.column_stack([feet, _heights(frame, feet, rows)])
-    columns, depths = project(heads, frame.intrinsics, frame.camera_in_world)
-    lean: Array = np.where(below_horizon & (depths > 0.0), columns[:, 0] - pixels[:, 0], 0.0)
-    return lean
+    i, up = frame.intrinsics, frame.camera_in_world[2, :3]
+    middle, head, foot = (middles - i.cx) / i.fx, (upper - i.cy) / i.fy, (lower - i.cy) / i.fy
+    t = (head - foot) / (up[1] - head * up[2])
+    x = (2.0 * middle * (1.0 + t * up[2]) - t * up[0]) / (2.0 + t * up[2])
+    columns: Array = i.fx * x + i.cx
+    return columns
 
 
 def _behind(frame: Frame, toes: Array) -> Array:
