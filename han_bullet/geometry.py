@@ -72,8 +72,13 @@ class Twist2D:
 
     def linear_in_world(self, yaw: float) -> Array:
         """Return the translational velocity in the world, shape (2,) [m/s], of a body with this yaw [rad]."""
-        c, s = math.cos(yaw), math.sin(yaw)
-        return np.array([c * self.vx - s * self.vy, s * self.vx + c * self.vy])
+        return np.array(rotated(self.vx, self.vy, yaw))
+
+
+def rotated(x: float, y: float, angle: float) -> tuple[float, float]:
+    """Return a vector, turned counter-clockwise [rad]; as numbers, since arrays of two would take ten times as long."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
 
 
 def rotation(angle: float) -> Array:

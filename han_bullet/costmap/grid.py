@@ -85,11 +85,6 @@ class Costmap:
         centres: Array = self.origin_in_world + (np.asarray(cells)[..., ::-1] + 0.5) * self.resolution
         return centres
 
-    def has_cell(self, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Tell which cells (row, column), shape (..., 2), exist."""
-        inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < self.cost.shape), axis=-1)
-        return inside
-
     def cost_at(self, points_in_world: Array) -> Costs:
         """Return the costs at points, shape (..., 2) [m]; UNKNOWN outside the map."""
         return self._values_at(points_in_world, self.cost)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pybullet
 
-from han_bullet.geometry import Array, Pose2D, Twist2D
+from han_bullet.geometry import Array, Pose2D, Twist2D, rotated
 from han_bullet.sim.robot_model import HEAD, WHEELS, RobotModel
 from han_bullet.sim.scene_state import RobotPosture
 from han_bullet.world_schema import PHYSICS_PERIOD, Robot
@@ -62,8 +62,8 @@ class MecanumRobot:
         """Apply the force and torque of one physics step."""
         pose, twist = self.pose_in_world, self.twist_in_body
         next_twist = self._ramp(twist)
-        x, y = _turned(twist.vx, twist.vy, pose.yaw)
-        next_x, next_y = _turned(next_twist.vx, next_twist.vy, pose.yaw + next_twist.omega * PHYSICS_PERIOD)
+        x, y = rotated(twist.vx, twist.vy, pose.yaw)
+        next_x, next_y = rotated(next_twist.vx, next_twist.vy, pose.yaw + next_twist.omega * PHYSICS_PERIOD)
         inertia = self.mass / PHYSICS_PERIOD
         force = _shortened(inertia * (next_x - x), inertia * (next_y - y), MAX_FORCE)
         torque = self._yaw_inertia * (next_twist.omega - twist.omega) / PHYSICS_PERIOD
@@ -74,7 +74,7 @@ class MecanumRobot:
         """Read pose and twist; call this after each physics step."""
         self.pose_in_world = pose = self._model.pose_in_world()
         (x, y, _), (_, _, omega) = pybullet.getBaseVelocity(self.body, physicsClientId=self._client)
-        self.twist_in_body = Twist2D(*_turned(x, y, -pose.yaw), omega)
+        self.twist_in_body = Twist2D(*rotated(x, y, -pose.yaw), omega)
 
     @property
     def posture(self) -> RobotPosture:
@@ -96,7 +96,7 @@ class MecanumRobot:
 
     def _push(self, pose: Pose2D, force: tuple[float, float], torque: float) -> None:
         x, y, height = self._centre_of_mass
-        x, y = _turned(x, y, pose.yaw)
+        x, y = rotated(x, y, pose.yaw)
         pybullet.applyExternalForce(
             self.body,
             -1,
@@ -158,12 +158,6 @@ def _shortened(x: float, y: float, longest: float) -> tuple[float, float]:
     """Return a vector, scaled down where it is longer than a limit."""
     scale = min(1.0, longest / max(math.hypot(x, y), 1e-12))
     return x * scale, y * scale
-
-
-def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
-    """Return a vector, turned counter-clockwise [rad]; numbers, since arrays of two would take ten times as long."""
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
 
 
 def _clipped(value: float, most: float) -> float:

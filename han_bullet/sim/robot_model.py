@@ -9,7 +9,7 @@ import numpy as np
 import pybullet
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D, Twist2D
+from han_bullet.geometry import Array, Pose2D, Twist2D, rotated
 from han_bullet.sim.room import urdf_path, yaw_quaternion
 from han_bullet.sim.scene_state import RobotPosture
 
@@ -95,9 +95,8 @@ class RobotModel:
         position, quaternion = pybullet.getBasePositionAndOrientation(self.body, physicsClientId=self._client)
         qx, qy, qz, qw = quaternion
         yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-        forward, left, _ = self._base_to_centre_of_mass
-        c, s = math.cos(yaw), math.sin(yaw)
-        return Pose2D(position[0] - (c * forward - s * left), position[1] - (s * forward + c * left), yaw)
+        x, y = rotated(*self._base_to_centre_of_mass[:2], yaw)
+        return Pose2D(position[0] - x, position[1] - y, yaw)
 
     def wheels(self) -> MecanumWheels:
         """Read the wheels' geometry: they stand on the floor, so an axle is as high as its wheel's radius."""
