@@ -21,7 +21,7 @@ from han_bullet.world_schema import CONTROL_PERIOD, World
 FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "messages.csv")
 Row = dict[str, str]
 Value = TypeVar("Value")
-SETTINGS = ("perception", "association", "layers", "pass", "seed", "versions", "git_commit")
+SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "git_commit")
 
 
 @dataclass(frozen=True)

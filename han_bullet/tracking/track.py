@@ -67,7 +67,7 @@ class TrackRecord:
         recent_hits: Those of the `MEMORY` before the last one, that one included; also of tracks that it absorbed.
         last_hit: [s].
         missed_by: Camera of the last miss, None if there was none.
-        position: Last estimate in the world, (x, y) [m].
+        hit_at: Where the person was believed to be at that hit, in the world, (x, y) [m].
         ended_time: [s], None while it lives.
         reason: Why it ended, None while it lives.
     """
@@ -82,7 +82,7 @@ class TrackRecord:
     recent_hits: tuple[Hit, ...]
     last_hit: float
     missed_by: str | None
-    position: tuple[float, float]
+    hit_at: tuple[float, float]
     ended_time: float | None = None
     reason: str | None = None
 
@@ -129,6 +129,7 @@ class Track:
 
     def _note_hit(self, scan: Scan, measurement: int) -> None:
         self.last_hit = self._in_view_until = scan.time
+        self._hit_at = self.state.position
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
         self._images = {image: row for image, row in self._images.items() if image[0] >= scan.time - MEMORY}
@@ -204,7 +205,8 @@ class Track:
         if np.trace(other.state.position_covariance) < np.trace(self.state.position_covariance):
             self.state = other.state
         self._images = dict(sorted({**other._images, **self._images}.items()))
-        self.last_hit = max(self.last_hit, other.last_hit)
+        if other.last_hit > self.last_hit:
+            self.last_hit, self._hit_at = other.last_hit, other._hit_at
         self._in_view_until = max(self._in_view_until, other._in_view_until)
         self.missed_for = min(self.missed_for, other.missed_for)
 
@@ -222,7 +224,7 @@ class Track:
     def record(self, ended_time: float | None = None, reason: str | None = None) -> TrackRecord:
         """Return the track's life so far."""
         born_at = (float(self.born_at[0]), float(self.born_at[1]))
-        x, y = self.state.mean[:2].tolist()
+        x, y = self._hit_at.tolist()
         return TrackRecord(
             self.id,
             self.born_time,
