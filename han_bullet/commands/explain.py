@@ -14,6 +14,8 @@ from han_bullet.commands.parsing import Commands, Parser, command
 if TYPE_CHECKING:
     from han_bullet.explain.explanation import Explanation, PersonExplained, WayExplained
 
+FINEST = 1e-6  # [m]: the files' last decimal
+
 
 def add(commands: Commands[Parser]) -> None:
     """Add `explain`."""
@@ -25,8 +27,15 @@ def add(commands: Commands[Parser]) -> None:
     )
     parser.add_argument("run", type=Path, metavar="RUN", help="folder that `han-bullet run` left")
     parser.add_argument("--time", type=float, required=True, metavar="T", help="of the run [s]")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="also draw the moment, with a way per layer")
+    parser.add_argument("--plot", type=_png, metavar="FILE.png", help="also draw the moment, with a way per layer")
     parser.set_defaults(handler=_explain)
+
+
+def _png(text: str) -> Path:
+    """Read the name of a picture to write."""
+    if Path(text).suffix.lower() != ".png":
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in .png")
+    return Path(text)
 
 
 def _explain(options: argparse.Namespace, console: Console) -> int:
@@ -50,7 +59,7 @@ def _explain(options: argparse.Namespace, console: Console) -> int:
 def _print_head(explanation: Explanation, console: Console) -> None:
     title = f"[bold]{explanation.world}[/], seed {explanation.seed}, at {explanation.time:.2f} s"
     if not explanation.warnings:
-        title += "; the replay's tracks are those of tracks.csv"
+        title += f"; the replay agrees with tracks.csv to {max(explanation.difference, FINEST):.6f} m"
     console.print(title, soft_wrap=True)
     for warning in explanation.warnings:
         console.print(f"[yellow]not certain[/]: {escape(warning)}", soft_wrap=True)
@@ -85,8 +94,9 @@ def _print_person(person: PersonExplained, console: Console) -> None:
     for line in person.history:
         console.print(f"  {escape(line)}", soft_wrap=True)
     for sighting in person.sightings:
-        mark = "+" if sighting.measured else "-"
-        console.print(f"  {mark} {sighting.camera}: {escape(sighting.text)}", soft_wrap=True)
+        when = "" if sighting.time is None else f" at {sighting.time:.2f} s"
+        line = f"  {'+' if sighting.measured else '-'} {sighting.camera}{when}: {sighting.text}"
+        console.print(escape(line), soft_wrap=True)
 
 
 def _print_way(way: WayExplained, console: Console) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -80,30 +81,45 @@ def sighting(look: Look, name: str, boxes: Sequence[DetectionExplained], view: F
     Args:
         look: The frame.
         name: Of the person.
-        boxes: Of that frame.
+        boxes: Of that frame, by falling score.
         view: What hides people.
     """
-    others = [person for person in look.truth.people if person.name != name]
-    person = next(person for person in look.truth.people if person.name == name)
-    place, frame = _position(person), look.scan.frame
-    height = SEATED_HEIGHT if person.posture is Posture.SEATED else BODY_HEIGHT
-    expected = expected_box(frame, place, height)
-    box = _box_of(person, frame, expected, [box for box in boxes if not _is_of_others(box, person, others)])
+    people, frame = look.truth.people, look.scan.frame
+    person = next(person for person in people if person.name == name)
+    box = next((box for box in boxes if _owner(box, frame, people) is person), None)
     if box is not None:
         return Sighting(frame.camera, frame.time, box.measured is not None, _of_box(box, person))
-    bodies = {other.name: _position(other) for other in others}
-    unseen = why_unseen(view, frame, place, look.truth.pose_robot_in_world, bodies)
-    if unseen is None and expected is not None:
-        unseen = f"though in view; the box would be {expected[3]:.0f} px tall"
+    others = {other.name: _position(other) for other in people if other is not person}
+    unseen = why_unseen(view, frame, _position(person), look.truth.pose_robot_in_world, others)
+    if unseen is None:
+        expected = _expected(frame, person)
+        unseen = f"though in view; the box would be {0.0 if expected is None else expected[3]:.0f} px tall"
     return Sighting(frame.camera, frame.time, False, f"no detection: {unseen}")
 
 
-def _is_of_others(box: DetectionExplained, person: TruePerson, others: Sequence[TruePerson]) -> bool:
-    """Tell whether a measurement is nearer to another person."""
-    if box.measured is None:
-        return False
-    own = person.pose_in_world.distance_to(box.measured)
-    return any(other.pose_in_world.distance_to(box.measured) < own for other in others)
+def _owner(box: DetectionExplained, frame: Frame, people: Sequence[TruePerson]) -> TruePerson | None:
+    """Return the person nearest to a measurement; else, and of other boxes, who should be there in the image."""
+    if box.measured is not None:
+        distances = [person.pose_in_world.distance_to(box.measured) for person in people]
+        if min(distances, default=math.inf) <= MATCH_WITHIN:
+            return people[int(np.argmin(distances))]
+    overlaps = [_overlap(box, frame, person) for person in people]
+    return people[int(np.argmax(overlaps))] if max(overlaps, default=0.0) >= SAME_BOX else None
+
+
+def _overlap(box: DetectionExplained, frame: Frame, person: TruePerson) -> float:
+    """Return how much a box overlaps with what the image should show of a person, in [0, 1]."""
+    expected = _expected(frame, person)
+    if expected is None:
+        return 0.0
+    size = np.array([frame.intrinsics.width, frame.intrinsics.height])
+    low, high = np.clip([expected[:2], expected[:2] + expected[2:]], 0.0, size)
+    return float(intersection_over_union(np.array(box.box), np.concatenate([low, high - low]))[0, 0])
+
+
+def _expected(frame: Frame, person: TruePerson) -> Array | None:
+    height = SEATED_HEIGHT if person.posture is Posture.SEATED else BODY_HEIGHT
+    return expected_box(frame, _position(person), height)
 
 
 def _of_box(box: DetectionExplained, person: TruePerson) -> str:
@@ -112,19 +128,3 @@ def _of_box(box: DetectionExplained, person: TruePerson) -> str:
     x, y = box.measured
     off = person.pose_in_world.distance_to(box.measured)
     return f"detection at ({x:.2f}, {y:.2f}), {off:.2f} m off: {box.text}"
-
-
-def _box_of(
-    person: TruePerson, frame: Frame, expected: Array | None, boxes: Sequence[DetectionExplained]
-) -> DetectionExplained | None:
-    """Return the box that covers where the person should be in the image, else the measurement nearest to them."""
-    if expected is not None and boxes:
-        size = np.array([frame.intrinsics.width, frame.intrinsics.height])
-        low, high = np.clip([expected[:2], expected[:2] + expected[2:]], 0.0, size)
-        in_image = np.concatenate([low, high - low])
-        overlaps = intersection_over_union(np.array([box.box for box in boxes]), in_image)[:, 0]
-        if overlaps.max() >= SAME_BOX:
-            return boxes[int(overlaps.argmax())]
-    measured = [(person.pose_in_world.distance_to(b.measured), b) for b in boxes if b.measured is not None]
-    distance, nearest = min(measured, key=lambda pair: pair[0], default=(np.inf, None))
-    return nearest if distance <= MATCH_WITHIN else None

@@ -11,7 +11,6 @@ import numpy as np
 
 from han_bullet import drawing
 from han_bullet.atomic_file import write_at_once
-from han_bullet.errors import BadInputError
 from han_bullet.explain.explanation import Explanation
 from han_bullet.explain.replay import Replay
 from han_bullet.explain.sentences import movers, verdict
@@ -44,12 +43,7 @@ def draw(replayed: Replay, explanation: Explanation, path: Path) -> None:
         replayed: Behind the explanation.
         explanation: What to show.
         path: Ending in .png; an older file is replaced.
-
-    Raises:
-        BadInputError: The name does not end in .png.
     """
-    if path.suffix.lower() != ".png":
-        raise BadInputError(f"picture {str(path)!r} ends in {path.suffix!r}; .png would be right")
     picture = paint(replayed, explanation)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_at_once(path, cv2.imencode(".png", picture[..., ::-1])[1].tobytes())

@@ -62,7 +62,7 @@ def _last_hit(record: TrackRecord) -> str:
 
 def _ending(record: TrackRecord) -> str:
     name = "the last" if record.id is None else f"track {record.id}"
-    missed = f" (last missed by {record.missed_by})" if record.missed_by and "in view" in str(record.reason) else ""
+    missed = f" (missed since by {' and '.join(record.missed_by)})" if record.missed_by else ""
     return f"{name} ended at {record.ended_time:.2f} s, last hit at {_last_hit(record)}: {record.reason}{missed}"
 
 

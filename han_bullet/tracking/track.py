@@ -66,7 +66,7 @@ class TrackRecord:
         hits, misses: Camera -> number of scans.
         recent_hits: Those of the `MEMORY` before the last one, that one included; also of tracks that it absorbed.
         last_hit: [s].
-        missed_by: Camera of the last miss, None if there was none.
+        missed_by: Cameras with a miss since then.
         hit_at: Where the person was believed to be at that hit, in the world, (x, y) [m].
         ended_time: [s], None while it lives.
         reason: Why it ended, None while it lives.
@@ -81,7 +81,7 @@ class TrackRecord:
     misses: dict[str, int]
     recent_hits: tuple[Hit, ...]
     last_hit: float
-    missed_by: str | None
+    missed_by: tuple[str, ...]
     hit_at: tuple[float, float]
     ended_time: float | None = None
     reason: str | None = None
@@ -108,7 +108,6 @@ class Track:
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
-        self._missed_by: str | None = None
         self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
         self._note_hit(scan, measurement)
 
@@ -130,6 +129,7 @@ class Track:
     def _note_hit(self, scan: Scan, measurement: int) -> None:
         self.last_hit = self._in_view_until = scan.time
         self._hit_at = self.state.position
+        self._missed_by: tuple[str, ...] = ()
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
         self._images = {image: row for image, row in self._images.items() if image[0] >= scan.time - MEMORY}
@@ -142,7 +142,8 @@ class Track:
         """Take note that a scan should have shown the person and did not."""
         self.missed_for += min(max(scan.time - self._in_view_until, 0.0), LONGEST_FRAME_GAP)
         self._in_view_until = max(self._in_view_until, scan.time)
-        self._missed_by = scan.camera
+        if scan.camera not in self._missed_by:
+            self._missed_by += (scan.camera,)
         self.misses[scan.camera] = self.misses.get(scan.camera, 0) + 1
 
     def reason_to_end(self, time: float) -> str | None:
