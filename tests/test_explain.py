@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from made_runs import made_run, replayed
 
 from han_bullet.cli import main
 from han_bullet.errors import BadInputError
@@ -262,3 +263,16 @@ def test_a_picture_of_another_kind_is_refused(overtaking: Path, capsys: pytest.C
     assert main(["explain", str(overtaking), "--time", "1", "--plot", "moment.gif"]) == 2
     captured = capsys.readouterr()
     assert "'moment.gif' does not end in .png" in captured.err and captured.out == ""
+
+
+def test_two_people_who_stand_abreast_close_the_corridor_by_their_bodies() -> None:
+    places = {"anna": (6.0, 0.75), "bob": (6.0, -0.75)}
+    run = made_run(places, 41, lambda camera, time: list(places.values()) if camera == "camera1" else [])
+    explanation = explain(replayed(run))
+    assert [person.track for person in explanation.people] in ([0, 1], [1, 0])
+    assert explanation.way.best is None and explanation.way.taken is None
+    (sentence,) = verdict(explanation.way)
+    assert sentence.startswith("body closed the way, because of track ")
+    assert "without it there is one of 13." in sentence
+    drawn = paint(replayed(run), explanation)
+    assert count(drawn, COLOURS[0]) > 200
