@@ -77,13 +77,16 @@ def test_a_replay_of_a_run_with_cameras_has_its_tracks_at_every_tick(seen: Path)
 
 
 @pytest.mark.scenario
-def test_a_run_with_cameras_explains_its_walker(seen: Path) -> None:
+def test_a_run_with_cameras_explains_its_walker(seen: Path, capsys: pytest.CaptureFixture[str]) -> None:
     explanation = explain_run(seen, 2.5)
     (walker,) = explanation.people
     assert walker.track == 0 and walker.distance is not None and walker.distance < 0.3
     assert {sighting.camera for sighting in walker.sightings} == {"camera1", "camera2", "camera3", "camera4", "onboard"}
     assert explanation.warnings == () and explanation.strays == ()
     assert explanation.detections
+    assert explanation.difference is not None and explanation.difference < 1e-5
+    assert main(["explain", str(seen), "--time", "2.5"]) == 0
+    assert "at 2.50 s; the replay agrees with tracks.csv to 0.0000" in capsys.readouterr().out
 
 
 @pytest.mark.scenario
@@ -175,7 +178,7 @@ def test_the_command_tells_people_and_way_and_draws(
     picture = tmp_path / "new" / "moment.png"
     assert main(["explain", str(overtaking), "--time", "2.02", "--plot", str(picture)]) == 0
     out = capsys.readouterr().out
-    assert "real2, seed 1, at 2.00 s; the replay agrees with tracks.csv to 0.000001 m" in out
+    assert "real2, seed 1, at 2.00 s; perception: truth" in out
     assert "walking: track 0, 0.00 m off" in out
     assert "overtake: moves the way up to " in out and "without effect: static" in out
     assert f"picture: {picture}" in out

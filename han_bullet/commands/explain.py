@@ -58,7 +58,9 @@ def _explain(options: argparse.Namespace, console: Console) -> int:
 
 def _print_head(explanation: Explanation, console: Console) -> None:
     title = f"[bold]{explanation.world}[/], seed {explanation.seed}, at {explanation.time:.2f} s"
-    if not explanation.warnings:
+    if explanation.difference is None:
+        title += "; perception: truth"
+    elif not explanation.warnings:
         title += f"; the replay agrees with tracks.csv to {max(explanation.difference, FINEST):.6f} m"
     console.print(title, soft_wrap=True)
     for warning in explanation.warnings:

@@ -38,7 +38,7 @@ def explain(replayed: Replay) -> Explanation:
         run.settings["seed"],
         replayed.tick.truth.time,
         _warnings(replayed),
-        replayed.difference,
+        replayed.difference if run.sees else None,
         people,
         strays,
         boxes,

@@ -170,7 +170,8 @@ class Explanation:
         seed: Of the run.
         time: Of the tick explained [s].
         warnings: Where the replay or the files do not agree; sentences.
-        difference: Largest between replayed and recorded tracks [m], [m/s].
+        difference: Largest between replayed and recorded tracks [m], [m/s]; None with true perception, where the tracks
+            are the recorded ones.
         people: The true ones.
         strays: Tracks of nobody.
         detections: Of the cameras' last frames.
@@ -181,7 +182,7 @@ class Explanation:
     seed: int
     time: float
     warnings: tuple[str, ...]
-    difference: float
+    difference: float | None
     people: tuple[PersonExplained, ...]
     strays: tuple[StrayExplained, ...]
     detections: tuple[DetectionExplained, ...]
