@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, tracks.csv and detections.csv.
+"""What a run leaves behind as tables: trace.csv, tracks.csv, detections.csv and messages.csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -16,6 +16,7 @@ from han_bullet.world_schema import World
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
+MESSAGES_HEADER = ("time", "device", "sent", "on")
 
 Cell = float | int | str | None
 
@@ -112,3 +113,19 @@ class DetectionsRecorder(TableRecorder):
             columns = (found.boxes.tolist(), found.scores.tolist(), found.probabilities.tolist())
             for box, score, probability in zip(*columns, strict=True):
                 yield found.time, found.camera, *box, score, probability
+
+
+class MessagesRecorder(TableRecorder):
+    """Write what devices told the robot: one row per message, at the tick at which it arrived.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, MESSAGES_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per message, in the order of their arrival."""
+        for message in tick.observation.device_messages:
+            yield tick.truth.time, message.device, float(message.time), int(message.on)
