@@ -65,7 +65,7 @@ def test_an_episode_that_begins_at_its_goal_has_an_spl_of_one() -> None:
 
 def test_the_shortest_way_goes_around_walls_at_the_robots_radius() -> None:
     # The wall is 0.1 m thick and ends at y = 0.5: the disc of 0.3 m passes its corners (9.45 and 9.55, 0.5). By hand:
-    # two tangents of sqrt(8.45^2 + 0.5^2 - 0.3^2) = 8.4595 m from (1, 0) and (18, 0) to circles of 0.3 m about them, two
+    # tangents of sqrt(8.45^2 + 0.5^2 - 0.3^2) = 8.4595 m from (1, 0) and (18, 0) to circles of 0.3 m about them, two
     # arcs of 0.3 (atan(0.5 / 8.45) + asin(0.3 / 8.4648)) = 0.0284 m, and 0.1 m between: 17.0757 m.
     wall = {"walls": [{"start": [9.5, -2.0], "end": [9.5, 0.5]}]}
     values = measure(along((1.0, 0.0), (18.0, 0.0)), **wall)
