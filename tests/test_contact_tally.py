@@ -37,11 +37,15 @@ def test_who_hit_is_told_by_the_robots_own_speed_towards_the_person(
     assert counts(tick(0, twist=twist, people=walker), tick(1, twist=twist, people=walker, contacts=TOUCH)) == hit
 
 
+def test_a_person_who_walks_into_the_flank_of_a_passing_robot_made_the_contact() -> None:
+    comes, stands = [person(y=0.55, yaw=-math.pi / 2, speed=0.8)], [person(y=0.55)]
+    assert counts(tick(0, twist=(0.8, 0.0, 0.0), people=comes, contacts=TOUCH)) == (0, 1)
+    assert counts(tick(0, twist=(0.8, 0.0, 0.0), people=stands, contacts=TOUCH)) == (1, 0)  # grazed
+
+
 def test_only_the_part_of_the_velocity_towards_the_person_counts() -> None:
-    beside = [person(y=0.55)]  # the robot drives along x, the person touches its flank
-    assert counts(tick(0, twist=(0.8, 0.0, 0.0), people=beside, contacts=TOUCH)) == (0, 1)
     # At 60 degrees off its way: half of the speed is towards them, also where the base is turned.
-    ahead = [person(x=0.275, y=0.476)]
+    ahead = [person(x=0.275, y=0.476, yaw=-2.0 * math.pi / 3.0, speed=0.8)]
     assert counts(tick(0, twist=(0.12, 0.0, 0.0), people=ahead, contacts=TOUCH)) == (1, 0)
     assert counts(tick(0, robot=(0, 0, math.pi / 2), twist=(0.0, -0.12, 0.0), people=ahead, contacts=TOUCH)) == (1, 0)
     assert counts(tick(0, twist=(0.08, 0.0, 0.0), people=ahead, contacts=TOUCH)) == (0, 1)

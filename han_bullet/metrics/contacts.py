@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
-from han_bullet.messages import Contact
+from han_bullet.messages import Contact, TruePerson
 from han_bullet.metrics.tally import STILL_SPEED, TIME_SLACK, Definition, Definitions, Tally, Value
 
 NEW_CONTACT_AFTER = 0.5  # [s] without touch; a body that bounces or slides along a wall is one contact
@@ -19,9 +19,13 @@ _CONTACT = (
     f"number of separate contacts of the robot with {{}}: signed distance between the surfaces <= 0 m; a touch of the "
     f"same body counts again after {NEW_CONTACT_AFTER:g} s without"
 )
-_TOWARDS = (
+_OWN = (
     "the part towards the person's centre of the robot's true velocity, the larger of the first touch's tick and the "
-    f"one before (the impact itself slows the robot), {{}} {STILL_SPEED:g} m/s"
+    "one before (the impact itself slows the robot)"
+)
+_BY_PERSON = (
+    f"{_OWN}, was at most {STILL_SPEED:g} m/s, and the robot was no faster altogether or the person came towards it "
+    "faster than that"
 )
 
 
@@ -32,7 +36,9 @@ class ContactTally(Tally):
     definitions: ClassVar[Definitions] = {
         "contacts_person": Definition(
             "1",
-            _CONTACT.format("people") + ", that the robot made: " + _TOWARDS.format("above"),
+            _CONTACT.format("people")
+            + f", that the robot made: all but contacts_by_person, so where {_OWN}, was above {STILL_SPEED:g} m/s, or "
+            "where it grazed somebody who stood",
             "lower",
             "SEAN: robot-on-person collisions; HuNav: robot_on_person_collision, by angles that do not compare; "
             "Francis2023: human collision, whoever hit",
@@ -41,8 +47,7 @@ class ContactTally(Tally):
         "contacts_by_person": Definition(
             "1",
             _CONTACT.format("people")
-            + ", that the person made, walking into a robot that stood still or moved away: "
-            + _TOWARDS.format("at most"),
+            + f", that the person made, walking into a robot that stood still or did not come nearer: {_BY_PERSON}",
             "lower",
             "SEAN: person-on-robot collisions; HuNav: person_on_robot_collision",
             headline=True,
@@ -81,13 +86,19 @@ class ContactTally(Tally):
     def _name(self, contact: Contact, tick: Tick) -> str:
         if contact.kind != "person":
             return f"contacts_{contact.kind}"
-        (place,) = (p.pose_in_world.position for p in tick.truth.people if p.name == contact.body)
-        towards = place - tick.truth.pose_robot_in_world.position
-        return "contacts_person" if self._speed_along(towards) > STILL_SPEED else "contacts_by_person"
+        (person,) = (p for p in tick.truth.people if p.name == contact.body)
+        return (
+            "contacts_by_person" if self._is_by(person, tick.truth.pose_robot_in_world.position) else "contacts_person"
+        )
 
-    def _speed_along(self, direction: Array) -> float:
-        """Return the larger part of the last two velocities along a direction, (2,) [m]."""
-        return float(max(np.array(self._velocities) @ direction) / max(math.hypot(*direction), 1e-9))
+    def _is_by(self, person: TruePerson, robot_in_world: Array) -> bool:
+        """Tell whether a person made the contact that begins."""
+        towards = person.pose_in_world.position - robot_in_world
+        towards = towards / max(math.hypot(*towards), 1e-9)
+        velocities = np.array(self._velocities)
+        robot_stands = bool(np.hypot(*velocities.T).max() <= STILL_SPEED)
+        person_comes = bool(-(person.velocity_in_world @ towards) > STILL_SPEED)
+        return bool((velocities @ towards).max() <= STILL_SPEED) and (robot_stands or person_comes)
 
     def values(self) -> dict[str, Value]:
         """Return the counts."""

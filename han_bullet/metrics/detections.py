@@ -84,7 +84,7 @@ class FrameTally:
             "mean over ticks of the simulation time from the exposure of the newest camera frame to the command that "
             "heeds it, from the first frame on; the command then holds for a tick; none without frames",
             "lower",
-            "latency from camera to cmd_vel; the wall clock's stands among the timings",
+            "latency from camera to cmd_vel; of the wall clock only `timings` in result.json tell",
         ),
         "frame_age_max": Definition("s", "the largest of the same times", "lower"),
     }
