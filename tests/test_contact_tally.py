@@ -1,12 +1,17 @@
 """Who hit whom."""
 
+import dataclasses
 import math
 
 import pytest
 from ticks import person, tick
 
+from han_bullet.geometry import Twist2D
 from han_bullet.messages import Contact
 from han_bullet.metrics.contacts import ContactTally
+from han_bullet.sim.simulator import Simulator
+from han_bullet.world_file import load_world
+from han_bullet.world_schema import Person, Stand, Walk
 
 TOUCH = [Contact("walker", "person", -0.001)]
 
@@ -62,3 +67,20 @@ def test_a_touch_that_lasts_stays_with_who_began_it() -> None:
     begins = tick(0, people=someone, contacts=TOUCH)
     goes_on = [tick(i, twist=(0.3, 0.0, 0.0), people=someone, contacts=TOUCH) for i in range(1, 20)]
     assert counts(begins, *goes_on) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "speed", "hit"),
+    [(Stand(), 1.0, (1, 0)), (Walk(waypoints=((0.5, 0.0),), speed=0.8), 0.0, (0, 1))],
+    ids=["the robot drives", "the person walks"],
+)
+def test_in_the_simulator_who_moves_has_hit(behaviour: Stand | Walk, speed: float, hit: tuple[int, int]) -> None:
+    someone = Person(name="walker", start=(3.5, 0.0, math.pi), behaviour=behaviour)
+    with Simulator(load_world("real2").model_copy(update={"people": (someone,)}), renderer=None) as simulator:
+        simulator.reset()
+        tally = ContactTally()
+        for index in range(60):
+            simulator.step(Twist2D(speed, 0.0, 0.0))
+            tally.record(dataclasses.replace(tick(index), truth=simulator.truth))
+    values = tally.values()
+    assert (values["contacts_person"], values["contacts_by_person"]) == hit

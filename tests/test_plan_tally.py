@@ -22,7 +22,7 @@ def test_the_change_is_the_largest_distance_between_the_ways() -> None:
 
 
 def test_what_lies_behind_the_robot_and_beyond_the_shorter_way_is_no_change() -> None:
-    assert path_change(STRAIGHT, np.array([[1.0, 0.0], [4.0, 0.0]])) == pytest.approx(0.0, abs=1e-9)
+    assert path_change(STRAIGHT, np.array([[1.05, 0.0], [4.0, 0.0]])) == pytest.approx(0.0, abs=1e-9)
     assert path_change(STRAIGHT, np.array([[1.0, 0.0], [2.0, 0.0]])) == pytest.approx(0.0, abs=1e-9)
     assert path_change(np.array([[0.0, 0.0], [2.0, 0.0]]), STRAIGHT) == pytest.approx(0.0, abs=1e-9)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from han_bullet.episode import Tick
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, rotated
 from han_bullet.messages import Posture, TruePerson
 from han_bullet.metrics.tally import Definition, Definitions, Tally, Value
 
@@ -28,7 +28,8 @@ def asymmetric_gaussian(person: TruePerson, point_in_world: Array, ahead: float,
         side: Deviation across [m].
         rear: Deviation [m] where u <= 0.
     """
-    u, v = person.pose_in_world.to_body(point_in_world)
+    pose = person.pose_in_world
+    u, v = rotated(float(point_in_world[0]) - pose.x, float(point_in_world[1]) - pose.y, -pose.yaw)
     return math.exp(-0.5 * (u / (ahead if u > 0.0 else rear)) ** 2 - 0.5 * (v / side) ** 2)
 
 

@@ -65,11 +65,21 @@ class PlanTally(Tally):
 
 def path_change(previous: Array, now: Array) -> float:
     """Return how far two ways, (n, 2) and (m, 2) [m], are apart [m]; see the definitions."""
-    ahead = _resampled(previous)
-    first, second = ahead[int(np.hypot(*(ahead - now[0]).T).argmin()) :], _resampled(now)
+    first, second = _resampled(_ahead(previous, now[0])), _resampled(now)
     shared = min(len(first), len(second))
     distances = distances_between(first, second)
     return float(max(distances[:shared].min(axis=1).max(), distances[:, :shared].min(axis=0).max()))
+
+
+def _ahead(way: Array, robot: Array) -> Array:
+    """Return a way, (n, 2) [m], from its point nearest to the robot on, so that equal ways get equal points."""
+    if len(way) < 2:
+        return way
+    starts, steps = way[:-1], np.diff(way, axis=0)
+    shares = np.clip(((robot - starts) * steps).sum(axis=1) / np.maximum((steps**2).sum(axis=1), 1e-12), 0.0, 1.0)
+    feet = starts + shares[:, None] * steps
+    nearest = int(np.hypot(*(feet - robot).T).argmin())
+    return np.vstack([feet[nearest], way[nearest + 1 :]])
 
 
 def _resampled(way: Array) -> Array:
