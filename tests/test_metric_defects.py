@@ -96,24 +96,24 @@ def test_03_no_metric_is_a_stub_and_definitions_quote_the_limit_that_is_used() -
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 2.5, -2.0])
-def test_04_who_hit_whom_depends_on_no_axis_and_equal_speeds_count(turn: float) -> None:
-    def defective(x: float, y: float) -> tuple[float, float]:  # HuNav: the angles of robot and person
-        return math.atan2(y, x), math.atan2(x, y)
+@pytest.mark.parametrize(("robot", "walker", "hit"), [(0.5, 0.5, (1, 0)), (0.0, 0.5, (0, 1)), (0.5, 0.0, (1, 0))])
+def test_04_who_hit_whom_depends_on_no_axis_and_equal_speeds_count(
+    turn: float, robot: float, walker: float, hit: tuple[int, int]
+) -> None:
+    def defective(x: float, v_robot: float, v_person: float) -> tuple[int, int]:  # HuNav, each seen by the other at x
+        alpha, alpha2 = math.atan2(0.0, x), math.atan2(x, 0.0)  # the second has its arguments exchanged
+        return int(abs(alpha) < abs(alpha2) and v_robot != v_person), int(
+            abs(alpha) > abs(alpha2) and v_robot != v_person
+        )
 
-    def faster_only(robot: float, walker: float) -> tuple[bool, bool]:  # its comparison of speeds
-        return robot > walker, walker > robot
-
-    # Head on, both at 0.5 m/s: the robot was moving when it touched the person.
-    x, y = 0.5 * math.cos(turn), 0.5 * math.sin(turn)
-    walker = person(x=x, y=y, yaw=turn + math.pi, speed=0.5)
+    # Head on: at equal speeds the robot was moving when it touched the person; a robot that stood was walked into.
+    someone = person(x=0.5 * math.cos(turn), y=0.5 * math.sin(turn), yaw=turn + math.pi, speed=walker)
     touch = [Contact("walker", "person", -0.01)]
-    values = measure(
-        [tick(0, robot=(0.0, 0.0, turn), twist=(0.5, 0.0, 0.0), people=[walker], contacts=touch)], "walker"
-    )
-    assert (values["contacts_person"], values["contacts_by_person"]) == (1, 0)
-    assert faster_only(0.5, 0.5) == (False, False)
-    first, second = defective(x, y)
-    assert not math.isclose(first, second)
+    scene = {"robot": (0.0, 0.0, turn), "twist": (robot, 0.0, 0.0), "people": [someone]}
+    values = measure([tick(0, **scene, contacts=touch)], "walker")
+    assert (values["contacts_person"], values["contacts_by_person"]) == hit
+    assert defective(0.5, 0.5, 0.5) == (0, 0)  # nobody hit anybody
+    assert defective(0.5, 0.0, 0.5) == (1, 0)  # the robot that stood still
 
 
 def test_05_zones_leave_no_gap_and_short_intrusions_are_seen() -> None:

@@ -107,14 +107,18 @@ class FrameTally:
             self._false_detections += int((nearest > MATCH_WITHIN).sum())
         points = {scan.camera: scan.positions for scan in tick.decision.scans}
         for frame, mask in zip(tick.observation.frames, shown, strict=True):
-            found = {person for _, person in match(points.get(frame.camera, np.zeros((0, 2))), true_positions)}
-            for index in map(int, np.flatnonzero(mask)):
-                name = tick.truth.people[index].name
-                self._shown[name] += 1
-                self._found[name] += index in found
+            if mask.any():
+                self._count_found(tick, mask, points.get(frame.camera, np.zeros((0, 2))), true_positions)
         self._exposure = max((frame.time for frame in tick.observation.frames), default=self._exposure)
         if math.isfinite(self._exposure):
             self._ages.append(tick.decision.time - self._exposure)
+
+    def _count_found(self, tick: Tick, shown: NDArray[np.bool_], points: Array, true_positions: Array) -> None:
+        found = {person for _, person in match(points, true_positions)}
+        for index in map(int, np.flatnonzero(shown)):
+            name = tick.truth.people[index].name
+            self._shown[name] += 1
+            self._found[name] += index in found
 
     def values(self) -> dict[str, Value]:
         """Return counts per frame, shares and ages."""

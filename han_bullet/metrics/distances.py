@@ -45,15 +45,15 @@ class DistanceTally(Tally):
             "m",
             f"smallest true distance between the surfaces: {_SURFACES}; negative where the discs overlap",
             "higher",
-            "HuNav: minimum_distance_to_people, clipped at 0",
+            "HuNav: minimum_distance_to_people, in one version of the robot's surface from the person's centre",
         ),
         "intimate_zone_share": Definition(
-            "1", _zone(0.0, 0.45), "lower", "HuNav: intimate_space_intrusions", headline=True
+            "1", _zone(0.0, 0.45), "lower", "HuNav: intimate_space_intrusions, in per cent", headline=True
         ),
         "personal_zone_share": Definition(
-            "1", _zone(0.45, 1.2), "lower", "HuNav: personal_space_intrusions", headline=True
+            "1", _zone(0.45, 1.2), "lower", "HuNav: personal_space_intrusions, in per cent", headline=True
         ),
-        "social_zone_share": Definition("1", _zone(1.2, 3.6), elsewhere="HuNav: social_space_intrusions"),
+        "social_zone_share": Definition("1", _zone(1.2, 3.6), elsewhere="HuNav: social_space_intrusions, in per cent"),
         "public_zone_share": Definition("1", _zone(3.6, math.inf)),
     }
 
