@@ -46,7 +46,6 @@ class OvertakingTally(Tally):
             "left or right: the person's side on which the robot was when it last drew level from behind, i.e. its "
             "forward coordinate in the person's frame turned from negative to positive while the person walked faster "
             f"than {STILL_SPEED:g} m/s within {LEVEL_WITHIN:g} m between the centres; none where it never did",
-            elsewhere="no peer has one",
             headline=True,
         ),
         "distance_when_level": Definition(
@@ -85,7 +84,6 @@ class PassingTally(Tally):
             "",
             f"left or right: the side of the robot's direction of motion (faster than {STILL_SPEED:g} m/s) on which "
             "the person was when their centres were nearest; none where the robot never moved",
-            elsewhere="no peer has one",
             headline=True,
         )
     }

@@ -31,11 +31,9 @@ class PlanTally(Tally):
             "1",
             "number of ticks whose way comes of a new search, the first included, whether it took the new way or not",
         ),
-        "path_change_mean": Definition(
-            "m", f"mean {_CHANGE}; none with fewer than two searches", "lower", "no peer has one"
-        ),
+        "path_change_mean": Definition("m", f"mean {_CHANGE}; none with fewer than two searches", "lower"),
         "path_switches": Definition(
-            "1", f"number of searches after which that is more than {SWITCH:g} m: {_CHANGE}", "lower", "no peer has one"
+            "1", f"number of searches after which that is more than {SWITCH:g} m: {_CHANGE}", "lower"
         ),
     }
 
