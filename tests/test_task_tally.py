@@ -72,6 +72,11 @@ def test_the_shortest_way_goes_around_walls_at_the_robots_radius() -> None:
     assert values["shortest_path_length"] == pytest.approx(17.0757, abs=0.02)
 
 
+def test_where_walls_leave_no_way_there_is_no_shortest_one_to_compare_with() -> None:
+    values = measure(along((1.0, 0.0), (9.0, 0.0), arrives=False), walls=[{"start": [9.5, -2.0], "end": [9.5, 2.0]}])
+    assert [values[name] for name in ("shortest_path_length", "spl", "failure_to_progress")] == [None, None, None]
+
+
 def test_of_a_hand_over_the_stop_before_the_person_is_the_goal() -> None:
     task = {"task": {"kind": "hand_over", "place": [6.0, 0.0], "distance": 0.9}}
     assert measure(along((1.0, 0.0), (5.1, 0.0)), "walker", **task)["shortest_path_length"] == pytest.approx(4.1)

@@ -67,7 +67,8 @@ class TaskTally(Tally):
         ),
         "shortest_path_length": Definition(
             "m",
-            f"length of {_GEODESIC} from where the robot starts to {_GOAL} less the distance of the stop",
+            f"length of {_GEODESIC} from where the robot starts to {_GOAL} less the distance of the stop; none where the "
+            "static map has no way, as for spl and failure_to_progress",
             elsewhere="Anderson2018: l; SocNavGym: the length of an ORCA run",
         ),
         "spl": Definition(
@@ -153,9 +154,9 @@ def _stalled_ticks(speed: Array) -> int:
     return int(slow[int(np.argmin(slow)) :].sum()) if not slow.all() else 0
 
 
-def _failures(geodesic: Geodesic, places: Array) -> int:
-    """Count the windows without progress of a way, shape (ticks, 2) [m]."""
+def _failures(geodesic: Geodesic, places: Array) -> int | None:
+    """Count the windows without progress of a way, shape (ticks, 2) [m]; None where no way leads to the goal."""
     remaining = [geodesic.length_from(place) for place in places[:: round(WINDOW / CONTROL_PERIOD)]]
     if not all(map(math.isfinite, remaining)):
-        return 0
+        return None
     return int((-np.diff(remaining) < LEAST_PROGRESS).sum())
