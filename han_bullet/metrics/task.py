@@ -67,8 +67,8 @@ class TaskTally(Tally):
         ),
         "shortest_path_length": Definition(
             "m",
-            f"length of {_GEODESIC} from where the robot starts to {_GOAL} less the distance of the stop; none where the "
-            "static map has no way, as for spl and failure_to_progress",
+            f"length of {_GEODESIC} from where the robot starts to {_GOAL} less the distance of the stop; none where "
+            "the static map has no way, as for spl and failure_to_progress",
             elsewhere="Anderson2018: l; SocNavGym: the length of an ORCA run",
         ),
         "spl": Definition(
