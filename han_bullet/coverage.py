@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.assembly import field_of_view
-from han_bullet.checks import static_costmap
 from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.geometry import Array, Pose2D, camera_on_robot
 from han_bullet.messages import Frame
+from han_bullet.static_map import static_costmap
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 COVERAGE_RESOLUTION = 0.25  # [m]

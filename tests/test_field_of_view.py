@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Frame
-from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.tracking.field_of_view import BODY_MIDDLE, FieldOfView
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 EMPTY = np.zeros((480, 640, 3), np.uint8)
@@ -88,3 +90,21 @@ def test_people_hide_others_behind_them_and_nobody_hides_themselves() -> None:
 
 def test_no_places_give_no_answers() -> None:
     assert OPEN.sees(CEILING, np.zeros((0, 2))).shape == (0,)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_what_boxes_hide_is_what_each_box_blocks(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes = [
+        SolidBox("box", "object", rng.uniform((0, -3, 0), (10, 3, 2)), rng.uniform(0.05, 2.0, 3), rng.uniform(-4, 4))
+        for _ in range(6)
+    ]
+    places = np.column_stack([rng.uniform(4.0, 8.0, 40), rng.uniform(-1.5, 1.5, 40)])
+    eye, middles = CEILING.camera_in_world[:3, 3], np.column_stack([places, np.full(40, BODY_MIDDLE)])
+    expected = FieldOfView().sees(CEILING, places)
+    assert expected.any()
+    for box in boxes:
+        if not box.contains(eye[:2]):
+            expected &= ~box.blocks(eye, middles)
+    assert FieldOfView(boxes).sees(CEILING, places).tolist() == expected.tolist()
