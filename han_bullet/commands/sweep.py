@@ -73,10 +73,17 @@ def _sweep(options: argparse.Namespace, console: Console) -> int:
     missing = [library for library in LIBRARIES if importlib.util.find_spec(library) is None]
     if missing:
         raise BadInputError(f"han-bullet sweep needs {' and '.join(missing)}: pip install 'han_bullet[sweep]'")
-    from han_bullet.sweep.plan import plan_sweep
-    from han_bullet.world_file import world_names
+    from han_bullet.fork_server import worker_context
+    from han_bullet.world_file import find_world, world_names
 
-    plan = plan_sweep(options.worlds or world_names(), options.seeds, options.variants)
+    worlds = options.worlds or world_names()
+    for world in worlds:
+        find_world(world)  # a wrong name is refused before anything is started
+    if options.scheduler is None:
+        worker_context()  # its server imports while this process imports the rest
+    from han_bullet.sweep.plan import plan_sweep
+
+    plan = plan_sweep(worlds, options.seeds, options.variants)
     from han_bullet.sweep.bar import SweepBar
     from han_bullet.sweep.running import run_sweep
 

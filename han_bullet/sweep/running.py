@@ -8,7 +8,7 @@ from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, Future, as_completed
+from distributed import Client, Future, KilledWorker, as_completed
 
 from han_bullet.errors import WorkerDiedError, quoted
 from han_bullet.provenance import git_commit
@@ -83,9 +83,15 @@ def _carry_out_all(client: Client, runs: Sequence[PlannedRun], out: Path, onlook
     futures = {
         client.submit(carry_out, run.world.name, run.world.content, run.options, pure=False): run for run in runs
     }
-    for future in as_completed(list(futures), loop=client.loop):
-        run = futures.pop(future)  # with the last reference, the worker forgets the files
-        keep(run, _outcome(future), out)
+    ending = as_completed(list(futures), loop=client.loop)
+    for future in ending:
+        if future.status == "lost":  # it lay with a worker that died before we had it, and is made once more
+            ending.add(future)
+            continue
+        run = futures.pop(future)
+        outcome = _outcome(future)
+        future.release()  # the worker forgets the files, and its death can no longer take them along
+        keep(run, outcome, out)
         row = read_row(out / run.row)
         assert row is not None
         onlooker.ended(row)
@@ -93,11 +99,11 @@ def _carry_out_all(client: Client, runs: Sequence[PlannedRun], out: Path, onlook
 
 def _outcome(future: Future[Outcome]) -> Outcome:
     """Return what came of a run; that it died, or ended its worker several times, is an outcome too."""
-    if future.status in ("cancelled", "lost"):
-        raise WorkerDiedError("the dask scheduler is gone; the same command goes on where it stopped")
     try:
         return future.result()
     except CancelledError as error:
         raise WorkerDiedError("the dask scheduler is gone; the same command goes on where it stopped") from error
+    except KilledWorker as error:
+        return Outcome({}, f"its worker process died each of {error.allowed_failures + 1} times")
     except Exception as error:  # whatever it is, the other runs go on
         return Outcome({}, f"{type(error).__name__}: {quoted(error)}")

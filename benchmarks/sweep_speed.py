@@ -1,0 +1,113 @@
+"""How much faster a sweep is with two processes than with one.
+
+Usage: python -m benchmarks.sweep_speed [--worlds real2,sim1] [--seeds 3] [--variant cameras] [--duration 10] [--rounds 3]
+
+The same plan is carried out with one process and with two, in turn, each time afresh. Worlds are cut short, so that a
+round takes a minute. "Steady" leaves out the start: it counts from the first row to the last, by the number of runs
+that ended in it.
+"""
+
+import argparse
+import os
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from benchmarks.provenance import provenance
+from han_bullet.markdown import markdown_table
+from han_bullet.sweep.plan import PlannedRun, plan_sweep
+from han_bullet.sweep.running import Onlooker, run_sweep
+from han_bullet.world_file import find_world
+
+PROCESSES = (1, 2)
+
+
+@dataclass(frozen=True)
+class Speed:
+    """How fast a sweep was.
+
+    Attributes:
+        whole: From the call to its return [s].
+        steady: Runs per minute between the first row and the last.
+        factors: Real-time factor of each run.
+    """
+
+    whole: float
+    steady: float
+    factors: tuple[float, ...]
+
+
+class _Times(Onlooker):
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def ended(self, row: dict[str, Any]) -> None:
+        self.times.append(time.perf_counter())
+
+
+def measure(plan: Sequence[PlannedRun], processes: int) -> Speed:
+    """Carry a plan out afresh; return how fast it was."""
+    watch, started = _Times(), time.perf_counter()
+    with tempfile.TemporaryDirectory() as out:
+        rows = run_sweep(plan, Path(out), processes=processes, onlooker=watch)
+    whole = time.perf_counter() - started
+    assert len(rows) == len(plan) and all(row["error"] is None for row in rows)
+    steady = 60.0 * (len(plan) - 1) / (watch.times[-1] - watch.times[0])
+    return Speed(whole, steady, tuple(row["real_time_factor"] for row in rows))
+
+
+def shortened(world: str, duration: float, folder: Path) -> Path:
+    """Return a copy of a shipped world that ends after a duration [s]."""
+    path = folder / f"{world}.yaml"
+    path.write_text(yaml.safe_dump(yaml.safe_load(find_world(world).read_text()) | {"duration": duration}))
+    return path
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--worlds", default="real2,sim1")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--variant", default="cameras")
+    parser.add_argument("--duration", type=float, default=10.0, help="of each world [s]")
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    speeds: dict[int, list[Speed]] = {count: [] for count in PROCESSES}
+    with tempfile.TemporaryDirectory() as folder:
+        worlds = [shortened(world, options.duration, Path(folder)) for world in options.worlds.split(",")]
+        plan = plan_sweep(worlds, range(options.seeds), [options.variant])
+        for _ in range(options.rounds):
+            for count in PROCESSES:
+                speeds[count].append(measure(plan, count))
+    print(f"### A sweep with one process and with two: {options.variant}\n\n{provenance()}\n")
+    print(
+        f"{len(plan)} runs of at most {options.duration:g} s, {options.rounds} rounds in turn; load {os.getloadavg()}\n"
+    )
+    print(markdown_table(("processes", "whole [s]", "runs per minute, steady", "real-time factor"), _rows(speeds)))
+    one, two = (speeds[count] for count in PROCESSES)
+    whole = np.median([a.whole / b.whole for a, b in zip(one, two, strict=True)])
+    steady = np.median([b.steady / a.steady for a, b in zip(one, two, strict=True)])
+    print(f"\ntwo processes are {whole:.2f} times as fast as one, start included; {steady:.2f} times once started")
+
+
+def _rows(speeds: dict[int, list[Speed]]) -> list[tuple[object, ...]]:
+    """Return the medians over the rounds."""
+    return [
+        (
+            count,
+            float(np.median([speed.whole for speed in found])),
+            float(np.median([speed.steady for speed in found])),
+            float(np.median([factor for speed in found for factor in speed.factors])),
+        )
+        for count, found in speeds.items()
+    ]
+
+
+if __name__ == "__main__":
+    main()
