@@ -1,6 +1,6 @@
 """How much faster a sweep is with two processes than with one.
 
-Usage: python -m benchmarks.sweep_speed [--worlds real2,sim1] [--seeds 3] [--variant cameras] [--duration 10] [--rounds 3]
+Usage: python -m benchmarks.sweep_speed [--worlds real2,sim1] [--seeds 3] [--variant cameras] [--duration 5]
 
 The same plan is carried out with one process and with two, in turn, each time afresh. Worlds are cut short, so that a
 round takes a minute. "Steady" leaves out the start: it counts from the first row to the last, by the number of runs
@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--worlds", default="real2,sim1")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--variant", default="cameras")
-    parser.add_argument("--duration", type=float, default=10.0, help="of each world [s]")
+    parser.add_argument("--duration", type=float, default=5.0, help="of each world [s]")
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     speeds: dict[int, list[Speed]] = {count: [] for count in PROCESSES}

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 import yaml
 
@@ -22,9 +23,9 @@ from han_bullet.provenance import git_commit, sha256
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.sweep import running
 from han_bullet.sweep.plan import PlannedRun, plan_sweep
-from han_bullet.sweep.rows import COLUMNS, read_row, read_rows
 from han_bullet.sweep.running import Onlooker, run_sweep
 from han_bullet.sweep.task import Outcome, carry_out
+from han_bullet.sweep_rows import COLUMNS, read_row, read_rows
 from han_bullet.world_file import find_world
 
 
@@ -49,12 +50,27 @@ class Counting(Onlooker):
         self.rows.append(row)
 
 
+class Listening(Onlooker):
+    """Remembers the addresses at which this process and those below it can be reached while a sweep goes on."""
+
+    def __init__(self) -> None:
+        self.addresses: set[str] = set()
+
+    def ended(self, row: dict[str, Any]) -> None:
+        processes = [psutil.Process(), *psutil.Process().children(recursive=True)]
+        sockets = [socket for process in processes for socket in process.net_connections("inet")]
+        self.addresses = {socket.laddr.ip for socket in sockets if socket.status == psutil.CONN_LISTEN}
+
+
+listening = Listening()
+
+
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[PlannedRun], list[dict[str, Any]]]:
     """The folder, plan and rows of a sweep of four short runs."""
     out = tmp_path_factory.mktemp("small")
     plan = plan_sweep([brief(out)], [0, 1], ["camera:camera1+nn", "truth+without:overtake"])
-    return out, plan, run_sweep(plan, out, processes=1)
+    return out, plan, run_sweep(plan, out, processes=1, onlooker=listening)
 
 
 @pytest.mark.scenario
@@ -102,6 +118,11 @@ def test_all_rows_together_are_a_table(small: Any) -> None:
     table = read_rows(out)
     assert table.num_rows == len(plan) == 4
     assert {"world", "metric.minimum_distance.walker"} <= set(table.column_names)
+
+
+@pytest.mark.scenario
+def test_only_this_machine_can_reach_its_processes(small: Any) -> None:
+    assert listening.addresses == {"127.0.0.1"}
 
 
 @pytest.mark.scenario
@@ -201,3 +222,18 @@ def test_a_scheduler_that_does_not_answer_is_told_in_a_sentence(
     plan = plan_sweep([brief(tmp_path)], [0], ["truth"])
     with pytest.raises(BadInputError, match=r"no dask scheduler answers at 'tcp://127.0.0.1:9'"):
         run_sweep(plan, tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.scenario
+def test_the_example_of_the_documentation_runs_as_a_script(tmp_path: Path) -> None:
+    text = (Path(__file__).parent.parent / "docs/sweep.md").read_text()
+    code = text.split("```python\n")[1].split("```")[0]
+    assert '"real2"' in code and "range(3)" in code
+    script = tmp_path / "mine.py"
+    script.write_text(code.replace('"real2"', repr(str(brief(tmp_path)))).replace("range(3)", "[5]"))
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line.split()[:3] for line in done.stdout.splitlines()] == [
+        ["truth", "5", "False"],
+        ["truth+without:overtake", "5", "False"],
+    ]

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 
 from han_bullet.errors import BadInputError
-from han_bullet.sweep.rows import COLUMNS, read_row, read_rows, write_row
+from han_bullet.sweep_rows import COLUMNS, read_row, read_rows, write_row
 
 
 def values(world: str, seed: int, **others: Any) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from typing import Any
 from han_bullet.atomic_file import write_at_once
 from han_bullet.provenance import git_commit
 from han_bullet.sweep.plan import PlannedRun
-from han_bullet.sweep.rows import METRIC, write_row
 from han_bullet.sweep.task import Outcome
+from han_bullet.sweep_rows import METRIC, write_row
 
 
 def keep(run: PlannedRun, outcome: Outcome, out: Path) -> None:
@@ -22,15 +22,15 @@ def keep(run: PlannedRun, outcome: Outcome, out: Path) -> None:
         outcome: What came of it.
         out: The sweep's folder.
     """
-    folder, row = out / run.folder, out / run.row
-    row.unlink(missing_ok=True)
+    folder = out / run.folder
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for name, content in outcome.files.items():
         write_at_once(folder / name, content)
     result = None if outcome.error else json.loads(outcome.files["result.json"])
     metrics = result["metrics"] if result else []
-    write_row(row, _values(run, result, outcome.error), {metric["name"]: metric["unit"] for metric in metrics})
+    units = {metric["name"]: metric["unit"] for metric in metrics}
+    write_row(out / run.row, _values(run, result, outcome.error), units)
 
 
 def _values(run: PlannedRun, result: dict[str, Any] | None, error: str | None) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,9 @@ from han_bullet.errors import WorkerDiedError, quoted
 from han_bullet.provenance import git_commit
 from han_bullet.sweep.plan import PlannedRun
 from han_bullet.sweep.record import keep
-from han_bullet.sweep.rows import read_row
 from han_bullet.sweep.task import Outcome, carry_out
 from han_bullet.sweep.workers import local_workers, remote_workers
+from han_bullet.sweep_rows import read_row
 
 
 class Onlooker:
@@ -59,8 +59,12 @@ def run_sweep(
     if waiting:
         count = min(processes or os.cpu_count() or 1, len(waiting))
         with remote_workers(scheduler) if scheduler else local_workers(count) as client:
-            _carry_out_all(client, waiting, out, onlooker)
-    return [row for run in plan if (row := read_row(out / run.row)) is not None]
+            for run in waiting:  # what is to be replaced must not be taken for done after an interruption
+                (out / run.row).unlink(missing_ok=True)
+            for run, row in _carry_out_all(client, waiting, out):
+                rows[run] = row
+                onlooker.ended(row)
+    return [rows[run] for run in plan]
 
 
 def kept_row(run: PlannedRun, out: Path) -> dict[str, Any] | None:
@@ -79,7 +83,10 @@ def of_other_commits(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row for row in rows if row["git_commit"] != here]
 
 
-def _carry_out_all(client: Client, runs: Sequence[PlannedRun], out: Path, onlooker: Onlooker) -> None:
+def _carry_out_all(
+    client: Client, runs: Sequence[PlannedRun], out: Path
+) -> Iterator[tuple[PlannedRun, dict[str, Any]]]:
+    """Carry out runs in any order; give each with its row as soon as that is written."""
     futures = {
         client.submit(carry_out, run.world.name, run.world.content, run.options, pure=False): run for run in runs
     }
@@ -94,7 +101,7 @@ def _carry_out_all(client: Client, runs: Sequence[PlannedRun], out: Path, onlook
         keep(run, outcome, out)
         row = read_row(out / run.row)
         assert row is not None
-        onlooker.ended(row)
+        yield run, row
 
 
 def _outcome(future: Future[Outcome]) -> Outcome:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import tempfile
@@ -18,10 +19,9 @@ WORKERS_WITHIN = 60.0  # [s] for its first worker
 SETTINGS = {
     "distributed.worker.multiprocessing-method": "forkserver",  # ours, which imports once for all and ignores Ctrl-C
     "distributed.worker.profile.enabled": False,
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
     "distributed.scheduler.worker-saturation": 1.0,  # a worker that dies is then blamed on the one run it had
-    "distributed.logging": dict.fromkeys(
-        ("distributed", "distributed.client", "distributed.gc", "tornado", "tornado.application"), "critical"
-    ),
 }
 
 
@@ -42,7 +42,8 @@ def local_workers(count: int) -> Iterator[Client]:
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",  # no address would be port 8787, and a warning where that is taken
+                scheduler_kwargs={"dashboard": False},
                 memory_limit=0,  # dask would end a worker whose run needs much
                 silence_logs=logging.CRITICAL,
                 local_directory=scratch,
@@ -69,7 +70,7 @@ def remote_workers(scheduler: str) -> Iterator[Client]:
             raise BadInputError(f"no dask scheduler answers at {scheduler!r}: {quoted(error)}") from error
         try:
             client.wait_for_workers(1, timeout=WORKERS_WITHIN)
-        except TimeoutError as error:
+        except asyncio.TimeoutError as error:  # in Python 3.10 not yet the built-in one
             raise BadInputError(
                 f"the dask scheduler at {scheduler!r} has no worker; start one with dask worker"
             ) from error
