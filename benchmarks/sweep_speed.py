@@ -4,7 +4,8 @@ Usage: python -m benchmarks.sweep_speed [--worlds real2,sim1] [--seeds 3] [--var
 
 The same plan is carried out with one process and with two, in turn, each time afresh. Worlds are cut short, so that a
 round takes a minute. "Steady" leaves out the start: it counts from the first row to the last, by the number of runs
-that ended in it.
+that ended in it. Processor time per run tells what two processes take from each other (caches, memory, a core's clock)
+even where others use the machine too.
 """
 
 import argparse
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import yaml
 
 from benchmarks.provenance import provenance
@@ -35,20 +37,30 @@ class Speed:
     Attributes:
         whole: From the call to its return [s].
         steady: Runs per minute between the first row and the last.
+        processor: Time of all its processes per run in between [s].
         factors: Real-time factor of each run.
     """
 
     whole: float
     steady: float
+    processor: float
     factors: tuple[float, ...]
 
 
 class _Times(Onlooker):
     def __init__(self) -> None:
         self.times: list[float] = []
+        self.processor_times: list[float] = []
 
     def ended(self, row: dict[str, Any]) -> None:
         self.times.append(time.perf_counter())
+        self.processor_times.append(_processor_time())
+
+
+def _processor_time() -> float:
+    """Return the time that this process and all below it have used so far [s]."""
+    processes = [psutil.Process(), *psutil.Process().children(recursive=True)]
+    return sum(sum(process.cpu_times()[:2]) for process in processes)
 
 
 def measure(plan: Sequence[PlannedRun], processes: int) -> Speed:
@@ -58,8 +70,10 @@ def measure(plan: Sequence[PlannedRun], processes: int) -> Speed:
         rows = run_sweep(plan, Path(out), processes=processes, onlooker=watch)
     whole = time.perf_counter() - started
     assert len(rows) == len(plan) and all(row["error"] is None for row in rows)
-    steady = 60.0 * (len(plan) - 1) / (watch.times[-1] - watch.times[0])
-    return Speed(whole, steady, tuple(row["real_time_factor"] for row in rows))
+    between = len(plan) - 1
+    steady = 60.0 * between / (watch.times[-1] - watch.times[0])
+    processor = (watch.processor_times[-1] - watch.processor_times[0]) / between
+    return Speed(whole, steady, processor, tuple(row["real_time_factor"] for row in rows))
 
 
 def shortened(world: str, duration: float, folder: Path) -> Path:
@@ -86,10 +100,10 @@ def main() -> None:
             for count in PROCESSES:
                 speeds[count].append(measure(plan, count))
     print(f"### A sweep with one process and with two: {options.variant}\n\n{provenance()}\n")
-    print(
-        f"{len(plan)} runs of at most {options.duration:g} s, {options.rounds} rounds in turn; load {os.getloadavg()}\n"
-    )
-    print(markdown_table(("processes", "whole [s]", "runs per minute, steady", "real-time factor"), _rows(speeds)))
+    load = f"load of the machine {os.getloadavg()[0]:.1f}"
+    print(f"{len(plan)} runs of at most {options.duration:g} s, {options.rounds} rounds in turn; {load}\n")
+    headings = ("processes", "whole [s]", "runs per minute, steady", "processor time per run [s]", "real-time factor")
+    print(markdown_table(headings, _rows(speeds)))
     one, two = (speeds[count] for count in PROCESSES)
     whole = np.median([a.whole / b.whole for a, b in zip(one, two, strict=True)])
     steady = np.median([b.steady / a.steady for a, b in zip(one, two, strict=True)])
@@ -103,6 +117,7 @@ def _rows(speeds: dict[int, list[Speed]]) -> list[tuple[object, ...]]:
             count,
             float(np.median([speed.whole for speed in found])),
             float(np.median([speed.steady for speed in found])),
+            float(np.median([speed.processor for speed in found])),
             float(np.median([factor for speed in found for factor in speed.factors])),
         )
         for count, found in speeds.items()

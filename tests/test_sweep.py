@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -145,17 +145,17 @@ def test_started_again_a_sweep_runs_only_what_is_missing_failed_or_of_another_wo
     assert [running.kept_row(run, out) for run in changed] == [None, None]
 
 
-def with_accidents(marks: Path, name: str, content: bytes, options: RunOptions) -> Outcome:
+def with_accidents(marks: Path, world: Sequence[tuple[str, bytes]], options: RunOptions) -> Outcome:
     """Run, but kill this process: once for seed 1, always for seed 2; seed 3 is refused and seed 4 meets a fault."""
     (marks / f"{options.seed}.{time.time_ns()}").touch()
     starts = len(list(marks.glob(f"{options.seed}.*")))
     if options.seed == 2 or (options.seed == 1 and starts == 1):
         os.kill(os.getpid(), signal.SIGKILL)
     if options.seed == 3:
-        return carry_out(name, content.replace(b"walker", b"1"), options)
+        return carry_out([(name, content.replace(b"walker", b"1")) for name, content in world], options)
     if options.seed == 4:
         raise ValueError("a fault\nof ours")
-    return carry_out(name, content, options)
+    return carry_out(world, options)
 
 
 @pytest.mark.scenario

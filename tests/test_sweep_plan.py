@@ -40,7 +40,7 @@ def test_files_have_names_that_every_file_system_takes_and_no_two_runs_share() -
 def test_a_world_travels_as_its_files_content(tmp_path: Path) -> None:
     path = changed(tmp_path, duration=2.0)
     (run,) = plan_sweep([path], [0], ["truth"])
-    assert run.world.name == "mine" and run.world.content == path.read_bytes()
+    assert run.world.name == "mine" and run.world.files == (("mine.yaml", path.read_bytes()),)
     assert run.world.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     assert run.world.cameras == ("camera1", "camera2", "camera3", "camera4", "onboard")
 

@@ -21,18 +21,18 @@ class WorldFile:
 
     Attributes:
         name: Of the file, without its ending; the world's name in the sweep.
-        content: What the file holds.
+        files: Name and content of the file, then of every other one that it needs beside it.
         cameras: Names of its cameras.
     """
 
     name: str
-    content: bytes
+    files: tuple[tuple[str, bytes], ...]
     cameras: tuple[str, ...]
 
     @property
     def sha256(self) -> str:
-        """Return the checksum, in hexadecimal digits."""
-        return hashlib.sha256(self.content).hexdigest()
+        """Return the checksum as result.json has it, in hexadecimal digits."""
+        return hashlib.sha256(b"".join(content for _, content in self.files)).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,8 @@ def plan_sweep(worlds: Sequence[str | Path], seeds: Sequence[int], variants: Seq
 def _read(name_or_path: str | Path) -> WorldFile:
     world, path = load_world(name_or_path), find_world(name_or_path)
     check_world(world, str(path))
-    return WorldFile(path.stem, path.read_bytes(), tuple(camera.name for camera in world.cameras))
+    files = tuple((file.name, file.read_bytes()) for file in [path])
+    return WorldFile(path.stem, files, tuple(camera.name for camera in world.cameras))
 
 
 def _refuse_twice(kind: str, given: list[str]) -> None:

@@ -87,9 +87,7 @@ def _carry_out_all(
     client: Client, runs: Sequence[PlannedRun], out: Path
 ) -> Iterator[tuple[PlannedRun, dict[str, Any]]]:
     """Carry out runs in any order; give each with its row as soon as that is written."""
-    futures = {
-        client.submit(carry_out, run.world.name, run.world.content, run.options, pure=False): run for run in runs
-    }
+    futures = {client.submit(carry_out, run.world.files, run.options, pure=False): run for run in runs}
     ending = as_completed(list(futures), loop=client.loop)
     for future in ending:
         if future.status == "lost":  # it lay with a worker that died before we had it, and is made once more

@@ -1,4 +1,4 @@
-"""One run of a sweep where a worker process carries it out: a world file goes in, the run's files come out.
+"""One run of a sweep where a worker process carries it out: world files go in, the run's files come out.
 
 Nothing but what is passed in and returned is shared with whoever asks, so a worker may be on another machine.
 """
@@ -6,6 +6,7 @@ Nothing but what is passed in and returned is shared with whoever asks, so a wor
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,20 +27,19 @@ class Outcome:
     error: str | None = None
 
 
-def carry_out(name: str, content: bytes, options: RunOptions) -> Outcome:
+def carry_out(world: Sequence[tuple[str, bytes]], options: RunOptions) -> Outcome:
     """Run a world to its end.
 
     Args:
-        name: Of the world.
-        content: Of its YAML file.
+        world: Name and content of its file, then of every other one that it needs beside it.
         options: How to run it.
     """
     with tempfile.TemporaryDirectory(prefix="han-bullet-") as place:
-        world, folder = Path(place, f"{name}.yaml"), Path(place, "run")
-        world.write_bytes(content)
-        error = None
+        for name, content in world:
+            Path(place, name).write_bytes(content)
+        folder, error = Path(place, "run"), None
         try:
-            run_world(world, options, folder)
+            run_world(Path(place, world[0][0]), options, folder)
         except HanError as wrong:
             error = str(wrong).replace(f"{place}/", "")
         return Outcome({file.name: file.read_bytes() for file in sorted(folder.glob("*"))}, error)
