@@ -23,7 +23,7 @@ def test_seeds_are_numbers_and_ranges_that_hold_their_ends(text: str, expected: 
 
 @pytest.mark.parametrize("text", ["", "x", "3-", "-3", "4-2", "1.5", "0-2-4", "0..4"])
 def test_what_is_no_seed_is_refused(text: str) -> None:
-    with pytest.raises(argparse.ArgumentTypeError, match="would be right|neither a seed nor a range"):
+    with pytest.raises(argparse.ArgumentTypeError, match=r"would be right|neither a seed nor a range"):
         sweep.seeds(text)
 
 
@@ -78,6 +78,6 @@ def test_where_nobody_watches_a_line_tells_of_the_end_and_of_rows_of_another_com
     bar.ended(row(1, passed=False, failed="x"))
     bar.close()
     first, second, last = console.export_text().splitlines()
-    assert first == "1 runs are done already and kept (--fresh does them again)"
-    assert second == "1 of them are of another commit, such as abc: runs/a/truth/7"
+    assert first == "kept from before: 1 (--fresh does them again)"
+    assert second == "of another commit: 1 of them, such as runs/a/truth/7 of abc"
     assert last.startswith("2 of 2 runs, ") and last.endswith("0:00 min left, expectations not met in 1")

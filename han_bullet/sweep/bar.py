@@ -38,13 +38,12 @@ class SweepBar(Onlooker):
     def started(self, runs: int, kept: Sequence[dict[str, Any]]) -> None:
         """Say what is kept, and show the bar."""
         if kept:
-            self._console.print(f"{len(kept)} runs are done already and kept (--fresh does them again)")
+            self._console.print(f"kept from before: {len(kept)} (--fresh does them again)", soft_wrap=True)
         others = of_other_commits(kept)
         if others:
+            example = f"{others[0]['folder']} of {others[0]['git_commit']}"
             self._console.print(
-                f"[yellow]{len(others)} of them are of another commit[/], such as "
-                f"{others[0]['git_commit']}: {others[0]['folder']}",
-                soft_wrap=True,
+                f"[yellow]of another commit[/]: {len(others)} of them, such as {example}", soft_wrap=True
             )
         self._runs, self._began = runs, time.perf_counter()
         self._task = self._bar.add_task("", total=runs, pace="starting")
