@@ -111,7 +111,7 @@ def _table(rows: Sequence[dict[str, Any]]) -> Table:
     """Return how often each world with each variant met its expectations, and where it did not."""
     table = Table(title_justify="left")
     for heading in ("world", "variant", "met", "not met"):
-        table.add_column(heading, justify="right" if heading == "met" else "left")
+        table.add_column(heading, justify="right" if heading == "met" else "left", overflow="fold")
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for row in rows:
         groups.setdefault((row["world"], row["variant"]), []).append(row)
