@@ -16,6 +16,7 @@ BENCHMARKS = (
     ("costmap",),
     ("tracker",),
     ("ceiling_frames",),
+    ("sweep_speed",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )
