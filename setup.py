@@ -4,6 +4,8 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 
+SWEEP = ["pyarrow>=16"]
+
 setup(
     name="han_bullet",
     version="0.1.0",
@@ -37,7 +39,8 @@ setup(
         "imageio-ffmpeg>=0.4.9",
     ],
     extras_require={
-        "dev": ["pytest>=8", "hypothesis>=6", "ruff>=0.5", "mypy>=1.10", "types-PyYAML", "scikit-image>=0.22"],
+        "dev": ["pytest>=8", "hypothesis>=6", "ruff>=0.5", "mypy>=1.10", "types-PyYAML", "scikit-image>=0.22", *SWEEP],
+        "sweep": SWEEP,
         "bench": ["pyastar2d>=1.1", "scikit-image>=0.22", "stonesoup>=1.9"],
     },
     entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},
