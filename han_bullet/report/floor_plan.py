@@ -32,7 +32,9 @@ def draw_floor_plan(axes: Axes, world: World, *, cameras: bool = True, names: bo
     for box in world.solid_boxes():
         colour = WALL if box.kind == "wall" or box.name in devices else FURNITURE
         rim = WALL if box.kind == "wall" or box.name in devices else FURNITURE_RIM
-        axes.add_patch(Polygon(footprint(box), facecolor=_share(colour), edgecolor=_share(rim), linewidth=0.5, zorder=1))
+        axes.add_patch(
+            Polygon(footprint(box), facecolor=_share(colour), edgecolor=_share(rim), linewidth=0.5, zorder=1)
+        )
         if names and box.kind != "wall":
             _write_name(axes, box)
     if cameras:
@@ -48,7 +50,9 @@ def _write_name(axes: Axes, box: SolidBox) -> None:
     """Write the name of a piece of furniture or a device at its upper left corner."""
     corners = footprint(box)
     corner = (corners[:, 0].min(), corners[:, 1].max())
-    axes.annotate(box.name, corner, (0, 2), textcoords="offset points", va="bottom", fontsize=6.5, color=GREY, zorder=1.5)
+    axes.annotate(
+        box.name, corner, (0, 2), textcoords="offset points", va="bottom", fontsize=6.5, color=GREY, zorder=1.5
+    )
 
 
 def _share(colour: tuple[int, int, int]) -> tuple[float, float, float]:

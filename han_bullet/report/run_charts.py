@@ -125,10 +125,12 @@ def _draw_zones(axes: Axes, robot_radius: float) -> None:
     for (low, high, name), tint in zip(HALL, HALL_TINTS, strict=True):
         axes.axhspan(low, high, color=tint, linewidth=0, zorder=0)
         axes.text(0.003, high - 0.03, name, transform=axes.get_yaxis_transform(), va="top", fontsize=7, color=GREY)
-    lines = ((PASSING, "0.75 m, to be kept in passing", "--"), (robot_radius + PERSON_RADIUS, "bodies touch", "-"))
-    for height, words, style in lines:
-        axes.axhline(height, color=BLACK, linewidth=0.8, linestyle=style)
-        axes.text(0.06, height + 0.03, words, transform=axes.get_yaxis_transform(), fontsize=7)
+    touch = robot_radius + PERSON_RADIUS
+    axes.axhline(PASSING, color=BLACK, linewidth=0.8, linestyle="--")
+    axes.axhline(touch, color=BLACK, linewidth=0.8)
+    beside = {"transform": axes.get_yaxis_transform(), "fontsize": 7}
+    axes.text(0.07, PASSING + 0.03, "0.75 m, to be kept in passing", **beside)
+    axes.text(0.07, touch - 0.04, "bodies touch", va="top", **beside)
 
 
 def _draw_moments(charts: Sequence[Axes], moments: Mapping[str, float]) -> None:

@@ -156,7 +156,12 @@ def _video(file: Path) -> list[Section]:
 
 def _all_metrics(metrics: tuple[MetricEntry, ...]) -> Html:
     rows = [
-        (metric.name, element("b", value_text(metric.value)), "" if metric.unit == "1" else metric.unit, metric.definition)
+        (
+            metric.name,
+            element("b", value_text(metric.value)),
+            "" if metric.unit == "1" else metric.unit,
+            metric.definition,
+        )
         for metric in metrics
     ]
     inner = table(("metric", "value", "unit", "definition"), rows, words=4)
