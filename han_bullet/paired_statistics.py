@@ -1,4 +1,4 @@
-"""What seeds that two variants share tell of their difference: paired means with bootstrap intervals, shares with Wilson's.
+"""What seeds that two variants share tell of their difference: paired means with bootstrap intervals; shares.
 
 A seed decides starts, speeds, delays and light alike in both variants, so differences are taken seed by seed: what a
 hard seed does to both cancels.

@@ -1,14 +1,17 @@
-"""One style for all charts: colours that colour-blind readers tell apart, quiet axes, files that never change by chance."""
+"""One style for all charts: colours that colour-blind readers tell apart, quiet axes, the same bytes each time."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from han_bullet.geometry import Array
 
 # [Okabe2008] without yellow, which is too pale for lines on white.
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK = (
@@ -72,6 +75,19 @@ def png(figure: Figure, dots_per_inch: int = 200) -> bytes:
 def person_colour(index: int) -> str:
     """Return the colour of a person, by their place in the world file."""
     return PEOPLE[index % len(PEOPLE)]
+
+
+def write_beside(
+    axes: Axes,
+    words: str,
+    place: Sequence[float] | Array,
+    offset: tuple[float, float],
+    colour: str = BLACK,
+    align: Literal["left", "center", "right"] = "center",
+) -> None:
+    """Write words at an offset (right, up) [1/72 inch] from a place of the chart, (2,)."""
+    x, y = float(place[0]), float(place[1])
+    axes.annotate(words, (x, y), offset, textcoords="offset points", ha=align, fontsize=7.5, color=colour, zorder=7)
 
 
 def grid(axes: Axes) -> None:

@@ -55,6 +55,10 @@ def _left(row: SweepRow) -> float | None:
     return _mean([float(side == "left") for side in sides]) if sides else None
 
 
+def _arrived(row: SweepRow) -> float | None:
+    return None if row.error else float(row.outcome == "arrived")
+
+
 def _passed(row: SweepRow) -> float:
     return float(row.passed and row.error is None)
 
@@ -77,21 +81,12 @@ def _minimum_distance(person: str) -> Figure:
 
 COMPARED: tuple[Figure, ...] = (
     Figure("all expectations met", "share of runs that met every expectation", _passed, "more", is_share=True),
-    Figure(
-        *("arrived", "share of runs that fulfilled their task"),
-        *(lambda row: None if row.error else float(row.outcome == "arrived"), "more", True),
-    ),
+    Figure("arrived", "share of runs that fulfilled their task", _arrived, "more", is_share=True),
     Figure("time to goal [s]", "of runs that arrived in both variants", _of("time_to_goal", max)),
     Figure("path length [m]", "length of the robot's true way", _of("path_length", max), ""),
-    Figure(
-        *("distance when level [m]", "distance when the robot drew level with a walker it overtook, the least of them"),
-        *(_of("distance_when_level", min), "more"),
-    ),
+    Figure("distance when level [m]", "from the nearest walker overtaken", _of("distance_when_level", min), "more"),
     Figure("overtaken on the left", "share of overtaken walkers passed on their left", _left, "", is_share=True),
-    Figure(
-        *("time in personal space", "share of time with a personal space cost above 0.5"),
-        *(_of("personal_space_share", max), "less", True),
-    ),
+    Figure("time in personal space", "with a cost g above 0.5", _of("personal_space_share", max), is_share=True),
     Figure("contacts with people", "number of separate contacts", _of("contacts_person", max)),
     Figure("behind the seated", "largest visibility cost g3 at the robot's centre", _of("behind_seated", max)),
     Figure("between viewer and TV, on [s]", "time in that disc while the device is on", _of("transit_time_on", max)),
@@ -103,8 +98,5 @@ COMPARED: tuple[Figure, ...] = (
     Figure("error of tracks [m]", "root mean square distance from the true person", _of("person_position_rmse", max)),
     Figure("id switches", "how often people changed their track's id", _of("id_switches", max)),
     Figure("phantom time [s]", "time of tracks without a person", _of("phantom_time_total", max)),
-    Figure(
-        *("false detections per frame", "foot points far from everybody"),
-        *(_of("false_detections_per_frame", max), "less"),
-    ),
+    Figure("false detections per frame", "far from everybody", _of("false_detections_per_frame", max)),
 )

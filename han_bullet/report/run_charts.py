@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from han_bullet.geometry import Array
-from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg
+from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.report.run_files import PersonWay, Run, Trace
 from han_bullet.tallies import PERSON_RADIUS
@@ -46,14 +46,13 @@ def _draw_robot(axes: Axes, trace: Trace) -> LineCollection:
     places = trace.poses[:, :2]
     pieces = np.stack([places[:-1], places[1:]], axis=1)
     line = LineCollection(list(pieces), cmap=SPEEDS, array=trace.speed[1:], linewidths=2.6, zorder=5, capstyle="round")
+    line.set_clim(0.0, max(float(trace.speed.max()), 0.1))
     axes.add_collection(line, autolim=True)
     axes.plot(*places[0], "s", color=ROBOT, markersize=6, zorder=6)
     axes.plot(*places[-1], "o", color=ROBOT, markersize=6, zorder=6)
     for time, place in _marks(trace.time, places):
         axes.plot(*place, "o", color="white", markeredgecolor=BLACK, markersize=4, markeredgewidth=0.8, zorder=6)
-        axes.annotate(
-            *(f"{time:g} s", place, (0, 6)), textcoords="offset points", ha="center", fontsize=7, zorder=7, color=BLACK
-        )
+        write_beside(axes, f"{time:g} s", place, (0.0, 6.0))
     return line
 
 
@@ -65,11 +64,11 @@ def _marks(time: Array, places: Array) -> list[tuple[float, Array]]:
 
 def _draw_person(axes: Axes, time: Array, person: PersonWay, colour: str) -> None:
     places = person.places
-    offset = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 7.5, "color": colour, "zorder": 7}
-    axes.annotate(person.name, places[0], (0, -6), **offset)
+    write_beside(axes, person.name, places[0], (0.0, -12.0), colour)
     axes.plot(*places.T, color=colour, linewidth=2.0, zorder=4)
     if np.ptp(places, axis=0).max() > 0.5:
-        axes.plot(*np.array([place for _, place in _marks(time, places)]).T, "o", color=colour, markersize=3, zorder=4)
+        for _, place in _marks(time, places):
+            axes.plot(*place, "o", color=colour, markersize=3, zorder=4)
     axes.plot(*places[0], "s", color=colour, markersize=6, zorder=4, markeredgecolor="white", markeredgewidth=0.6)
     axes.plot(*places[-1], "o", color=colour, markersize=6, zorder=4, markeredgecolor="white", markeredgewidth=0.6)
 
@@ -102,20 +101,19 @@ def draw_encounters(run: Run, moments: Mapping[str, float]) -> bytes:
     with styled():
         figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
         distance, speed = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+        distance.set_xlim(trace.time[0], max(trace.time[-1], 1.0))
         _draw_zones(distance, radius)
         for index, (person, row) in enumerate(zip(trace.people, trace.distances(), strict=True)):
             nearest = int(row.argmin())
             distance.plot(trace.time, row, color=person_colour(index), label=person.name)
             distance.plot(trace.time[nearest], row[nearest], "v", color=person_colour(index), markersize=5)
-            distance.annotate(
-                *(f"{row[nearest]:.2f}", (trace.time[nearest], row[nearest]), (-2, 5)),
-                **{"textcoords": "offset points", "ha": "right", "fontsize": 7.5, "color": person_colour(index)},
-            )
+            place = (trace.time[nearest], row[nearest])
+            write_beside(distance, f"{row[nearest]:.2f}", place, (-2.0, 5.0), person_colour(index), "right")
         distance.set(ylabel="distance between centres [m]", ylim=(0.0, FARTHEST_SHOWN))
         if trace.people:
             distance.legend(loc="upper right", ncols=4)
         speed.plot(trace.time, trace.speed, color=ROBOT)
-        speed.set(xlabel="time [s]", ylabel="speed [m/s]", ylim=(0.0, None), xlim=(trace.time[0], trace.time[-1]))
+        speed.set(xlabel="time [s]", ylabel="speed [m/s]", ylim=(0.0, None))
         grid(speed)
         _draw_moments((distance, speed), moments)
         return svg(figure)
@@ -128,9 +126,8 @@ def _draw_zones(axes: Axes, robot_radius: float) -> None:
     touch = robot_radius + PERSON_RADIUS
     axes.axhline(PASSING, color=BLACK, linewidth=0.8, linestyle="--")
     axes.axhline(touch, color=BLACK, linewidth=0.8)
-    beside = {"transform": axes.get_yaxis_transform(), "fontsize": 7}
-    axes.text(0.07, PASSING + 0.03, "0.75 m, to be kept in passing", **beside)
-    axes.text(0.07, touch - 0.04, "bodies touch", va="top", **beside)
+    write_beside(axes, "0.75 m, to be kept in passing", (0.07 * axes.get_xlim()[1], PASSING), (0.0, 2.0), align="left")
+    write_beside(axes, "bodies touch", (0.07 * axes.get_xlim()[1], touch), (0.0, -8.0), align="left")
 
 
 def _draw_moments(charts: Sequence[Axes], moments: Mapping[str, float]) -> None:
@@ -165,6 +162,6 @@ def draw_perception(run: Run, errors: Mapping[str, Array]) -> bytes:
         known.set_title("has a track (share of the whole run); pale: not", color=GREY)
         known.spines[["left", "bottom"]].set_visible(False)
         known.tick_params(length=0)
-        error.set(xlabel="time [s]", ylabel="error of place [m]", ylim=(0.0, None), xlim=(time[0], time[-1]))
+        error.set(xlabel="time [s]", ylabel="error of place [m]", ylim=(0.0, None), xlim=(time[0], max(time[-1], 1.0)))
         grid(error)
         return svg(figure)

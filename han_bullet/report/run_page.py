@@ -8,8 +8,18 @@ from pathlib import Path
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.costmap.layers import STANDARD
-from han_bullet.report.markup import Html, captioned, data_uri, element, explained, more, paragraph, picture, table
-from han_bullet.report.markup import together
+from han_bullet.report.markup import (
+    Html,
+    captioned,
+    data_uri,
+    element,
+    explained,
+    more,
+    paragraph,
+    picture,
+    table,
+    together,
+)
 from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
 from han_bullet.report.run_files import CheckEntry, MetricEntry, ResultFile, Run, Value, read_run
@@ -109,9 +119,9 @@ def _ways(run: Run) -> Html:
     people = ", ".join(person.name for person in run.trace.people) or "nobody"
     alternative = f"Map with the ways of the robot, of {people}, and of the tracks"
     caption = (
-        "Seen from above. The robot's way is coloured by its speed; squares are starts, discs ends, small circles stand "
-        "every 5 s. The dashed ring is the goal, as large as the robot; wedges are ceiling cameras with their width of "
-        "view. Thin dashed lines are tracks, what the stack believed of people."
+        "Seen from above. The robot's way is coloured by its speed; squares are starts, discs ends, small circles "
+        "stand every 5 s. The dashed ring is the goal, as large as the robot; wedges are ceiling cameras with their "
+        "width of view. Thin dashed lines are tracks, what the stack believed of people."
     )
     return together([*note, captioned(picture(draw_ways(run), alternative), caption)])
 
@@ -120,7 +130,7 @@ def _encounters(run: Run) -> Html:
     moments: Mapping[str, float] = {} if run.world is None else device_moments(run.world, run.trace)
     caption = (
         "Above: true distance between the centres of robot and person; triangles mark the nearest moment, bands are "
-        "Hall's zones of intimate (to 0.45 m), personal (to 1.2 m) and social distance (to 3.6 m) around people. Below: "
+        "Hall's zones of intimate (to 0.45 m), personal (to 1.2 m) and social distance (to 3.6 m). Below: "
         "the robot's true speed. Dotted lines mark a device going on."
     )
     return captioned(picture(draw_encounters(run, moments), "Distances to people and speed over time"), caption)
@@ -133,8 +143,8 @@ def _perception(run: Run) -> Html:
         return paragraph("There were no people.")
     caption = (
         "Above: when a confirmed track was matched to the person, within 1 m. Below: distance of that track from the "
-        "person's true place. People out of every camera's view have no track; the metric tracked_share counts only from "
-        "when they could first be seen."
+        "person's true place. People out of every camera's view have no track; the metric tracked_share counts only "
+        "from when they could first be seen."
     )
     return captioned(
         picture(draw_perception(run, position_errors(run)), "Who had a track when, and its error over time"), caption

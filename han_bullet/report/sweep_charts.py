@@ -58,11 +58,11 @@ def draw_small_map(world: World | None, trace: Trace) -> bytes:
 def _draw_map(axes: Axes, world: World | None, names: bool = True) -> None:
     axes.set_aspect("equal")
     if world is not None:
-        draw_floor_plan(axes, world, cameras=names, names=names)
+        draw_floor_plan(axes, world, cameras=False, names=names)
 
 
 def draw_minimum_distances(sweep: Sweep, world: str, robot_radius: float = DEFAULT_ROBOT_RADIUS) -> bytes | None:
-    """Draw a strip per variant and person: how near the robot came in each run, with the median; None without people."""
+    """Draw a strip per variant and person: how near the robot came in each run; None without people."""
     variants = [variant for variant in sweep.variants if sweep.of(world, variant)]
     figures = minimum_distances(row for row in sweep.rows if row.world == world)
     if not figures:

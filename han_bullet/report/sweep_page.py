@@ -21,10 +21,11 @@ from han_bullet.world_schema import World
 
 MOST_SMALL_MAPS = 60  # of failures; each is some 15 kB of the page
 COMPARISON_NOTE = (
-    "Both variants ran the same seeds, so differences are taken seed by seed. Intervals are 95 % bootstrap intervals over "
-    "pairs (BCa, 10 000 resamples, fixed random seed) of the mean difference and of the ratio of the means; none is given "
-    "below five pairs, nor for a ratio whose baseline has zeros. “better” and “worse” stand where the interval leaves "
-    "zero out, pp are percentage points; of twenty such intervals about one does so by chance. A figure counts the seeds that have it in both."
+    "Both variants ran the same seeds, so differences are taken seed by seed. Intervals are 95 % bootstrap intervals "
+    "over pairs (BCa, 10 000 resamples, fixed random seed) of the mean difference and of the ratio of the means; none "
+    "is given below five pairs, nor for a ratio whose baseline has zeros. “better” and “worse” stand where the "
+    "interval leaves zero out; of twenty such intervals about one does so by chance. A figure counts the seeds that "
+    "have it in both; pp are percentage points."
 )
 
 
