@@ -100,6 +100,8 @@ def draw_costs() -> Figure:
 def _draw_surface(axes: Axes3D, x: Array, y: Array, g: Array) -> None:
     axes.plot_surface(x, y, g, cmap=COSTS, vmin=0.0, vmax=1.0, rcount=120, ccount=120, rasterized=True, linewidth=0)
     axes.set(zlim=(0.0, 1.0), xticks=(-2, 0, 2), yticks=(-2, 0, 2), zticks=(0, 0.5, 1))
+    axes.set_xlabel("x [m]", labelpad=-9.0, fontsize=7)
+    axes.set_ylabel("y [m]", labelpad=-9.0, fontsize=7)
     axes.tick_params(labelsize=7, pad=-3)
     axes.view_init(elev=38.0, azim=-30.0)
     axes.set_box_aspect((1.0, 1.0, 0.55), zoom=1.08)

@@ -15,7 +15,6 @@ from han_bullet.detection.acf import AcfDetector, load_acf_model
 from han_bullet.detection.channels import CELL, Floats, compute_channels
 from han_bullet.detection.cnn import load_classifier
 from han_bullet.detection.colour import luv
-from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.pyramid import smooth
 from han_bullet.messages import Detections, Frame
 from han_bullet.report.charts import GREEN, ORANGE, VERMILION
@@ -24,17 +23,18 @@ from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
 
-WORLD, CAMERA, SEED = "real1", "onboard", 0
-CHANNEL_NAMES = ("L", "U", "V", "gradient", "0°", "30°", "60°", "90°", "120°", "150°")
+WORLD, CAMERA, SEED = "sim2", "camera4", 0  # one of the rare images with a false proposal
+CHANNEL_NAMES = ("L", "U", "V", "gradient", *(f"{angle}–{angle + 30}°" for angle in range(0, 180, 30)))
 
 
 def draw_pipeline() -> Figure:
-    """Draw one image of a camera, its ten channels, ACF's proposals and the boxes that the CNN keeps."""
+    """Draw one image of a camera, its ten channels, all proposals of ACF and what the CNN says of each."""
     frame = first_frame()
     model, classifier = load_acf_model(), load_classifier()
-    proposals = PedestrianDetector(AcfDetector(model), classifier, model.score_threshold).propose(frame.image)
+    proposals = AcfDetector(model).detect(frame.image)
     probabilities = classifier.probabilities(frame.image, proposals.boxes)
     judged = replace(proposals, probabilities=probabilities)
+    threshold = model.score_threshold
     kept = probabilities >= classifier.least_probability
     figure = Figure(figsize=(9.0, 7.2), layout="constrained")
     (image, channels), (proposed, decided) = figure.subfigures(2, 2)
@@ -42,14 +42,14 @@ def draw_pipeline() -> Figure:
     channels.suptitle(f"(b) ACF's channels, cells of {CELL} px", fontsize=9, x=0.02, ha="left")
     _draw_channels(channels, channels_of(frame))
     axes = proposed.subplots()
-    _show(axes, frame, f"(c) ACF: {len(kept)} proposals, score of {model.score_threshold:.1f} or more")
-    _draw_boxes(axes, judged, [f"{score:.0f}" for score in judged.scores], GREEN)
+    _show(axes, frame, f"(c) ACF: {len(kept)} proposals with scores; dashed: below the threshold {threshold:.1f}")
+    strong = judged.scores >= threshold
+    for rows, style in ((strong, "-"), (~strong, "--")):
+        _draw_boxes(axes, judged.select(rows), [f"{score:.0f}" for score in judged.scores[rows]], GREEN, style)
     axes = decided.subplots()
-    _show(axes, frame, f"(d) CNN: {int(kept.sum())} kept, with the probability of a pedestrian")
+    _show(axes, frame, f"(d) CNN: {int(kept.sum())} pedestrians with their probability; dashed: none")
     for rows, colour, style in ((kept, ORANGE, "-"), (~kept, VERMILION, "--")):
-        chosen = judged.select(rows)
-        labels = [f"{probability:.2f}" for probability in chosen.probabilities]
-        _draw_boxes(axes, chosen, labels, colour, style)
+        _draw_boxes(axes, judged.select(rows), [f"{share:.2f}" for share in probabilities[rows]], colour, style)
     return figure
 
 

@@ -29,8 +29,9 @@ LARGEST_EMBEDDED = 12 * 2**20  # [B] of a video; a third more as text, which bro
 KEY_METRICS = (
     *("time_to_goal", "path_length", "minimum_distance", "overtaking_side", "distance_when_level"),
     *("personal_space_share", "contacts_person", "stalled_time", "transit_time_on", "replan_delay"),
-    *("behind_seated", "hand_over_distance", "hand_over_bearing", "tracked_share", "person_position_rmse"),
+    *("behind_seated", "hand_over_distance", "hand_over_bearing"),
 )
+OF_PERCEPTION = ("tracked_share", "person_position_rmse")
 OUTCOMES = {
     "arrived": "The robot fulfilled its task",
     "blocked": "The robot found no free way",
@@ -54,6 +55,7 @@ def run_page(run: Run) -> bytes:
     result = run.result
     description = run.world.description if run.world is not None else ""
     sections = [
+        Section("expectations", "What the world expects", _checks(result.checks)),
         Section("ways", "Where everybody went", _ways(run)),
         Section("encounters", "How near, how fast", _encounters(run)),
         Section("perception", "What the robot saw of people", _perception(run)),
@@ -75,9 +77,10 @@ def _opening(result: ResultFile) -> Html:
         met = f"all {len(result.checks)} expectations are met"
     good = result.outcome == "arrived" and not failed
     verdict = element("p", f"{outcome}; {met}.", class_=f"verdict {'good' if good else 'bad'}")
-    chosen = [metric for name in KEY_METRICS for metric in result.metrics if metric.name.split(".")[0] == name]
+    names = KEY_METRICS if result.perception == "truth" else KEY_METRICS + OF_PERCEPTION
+    chosen = [metric for name in names for metric in result.metrics if metric.name.split(".")[0] == name]
     cards = [_card(metric) for metric in chosen if metric.value not in (None, "none")]
-    return together([verdict, element("div", *cards, class_="cards"), _checks(result.checks)])
+    return together([verdict, element("div", *cards, class_="cards")])
 
 
 def _card(metric: MetricEntry) -> Html:
@@ -95,7 +98,7 @@ def value_text(value: Value) -> str:
 
 def _checks(checks: tuple[CheckEntry, ...]) -> Html:
     if not checks:
-        return Html("")
+        return paragraph("The world states no expectations.")
     rows = [
         (
             element("span", "met" if check.passed else "not met", class_="good" if check.passed else "bad"),
@@ -103,8 +106,7 @@ def _checks(checks: tuple[CheckEntry, ...]) -> Html:
         )
         for check in sorted(checks, key=lambda check: check.passed)
     ]
-    inner = table(("", "expectation on", "is to be", "is"), rows, words=3)
-    return element("div", element("h3", "What the world expects"), inner)
+    return table(("", "expectation on", "is to be", "is"), rows, words=3)
 
 
 def _in_words(expected: str) -> str:

@@ -30,7 +30,7 @@ def _passed(rows: Sequence[SweepRow]) -> Html:
     passed = sum(row.passed and row.error is None for row in rows)
     count = element("span", f"{passed} of {len(rows)}", class_="good" if passed == len(rows) else "bad")
     within = share_interval(passed, len(rows))
-    return together([count, element("span", f" {within.low:.0%} to {within.high:.0%}", class_="note")])
+    return together([count, element("span", f" ({within.low:.0%} to {within.high:.0%})", class_="note")])
 
 
 def comparison(sweep: Sweep, world: str, variant: str, baseline: str) -> Html:
