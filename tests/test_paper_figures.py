@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
@@ -94,16 +95,24 @@ def test_the_pipeline_starts_from_a_cameras_image_and_its_ten_channels() -> None
     assert np.array_equal(frame.image, first_frame().image)
 
 
+def _little_figure() -> Figure:
+    figure = Figure(figsize=(2.0, 1.0), layout="constrained")
+    axes = figure.add_subplot()
+    axes.pcolormesh(np.arange(12.0).reshape(3, 4), rasterized=True)
+    axes.set(title="a title", xlabel="x [m]")
+    return figure
+
+
 def test_every_figure_becomes_a_png_and_an_svg_that_never_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert list(paper_figures.FIGURES) == ["costs", "sim1", "sim2", "pipeline"]
-    monkeypatch.setattr(paper_figures, "FIGURES", {"costs": draw_costs})
+    monkeypatch.setattr(paper_figures, "FIGURES", {"little": _little_figure})
     contents = []
     for name in ("first", "second"):
         (tmp_path / name).mkdir()
         paths = list(write_figures(tmp_path / name))
-        assert [path.name for path in paths] == ["costs.png", "costs.svg"]
+        assert [path.name for path in paths] == ["little.png", "little.svg"]
         contents.append([path.read_bytes() for path in paths])
     assert contents[0] == contents[1]
     assert contents[0][0].startswith(b"\x89PNG")
@@ -111,7 +120,5 @@ def test_every_figure_becomes_a_png_and_an_svg_that_never_change(
 
 
 def test_charts_carry_no_date() -> None:
-    from matplotlib.figure import Figure
-
     with styled():
         assert b"<dc:date>" not in svg(Figure())

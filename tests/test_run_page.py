@@ -7,12 +7,15 @@ import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
+import cv2
+import imageio_ffmpeg
 import numpy as np
 import pytest
 import yaml
 
 from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
+from han_bullet.report.film_still import middle_picture
 from han_bullet.report.run_files import read_result, read_run
 from han_bullet.report.run_moments import device_moments, position_errors
 from han_bullet.report.run_page import command_line, write_run_page
@@ -163,6 +166,20 @@ def test_a_small_video_is_in_the_page_and_a_large_one_beside_it(run: Path, monke
     monkeypatch.setattr(run_page, "LARGEST_EMBEDDED", 3)
     found = outline(write_run_page(run))
     assert "video.mp4" in found.addresses and not any(address.startswith("data:video") for address in found.addresses)
+
+
+def test_a_still_of_the_video_stands_for_it_until_it_plays(tmp_path: Path) -> None:
+    film = tmp_path / "video.mp4"
+    writer = imageio_ffmpeg.write_frames(str(film), (64, 48), fps=10, macro_block_size=16)
+    writer.send(None)
+    for level in (*[0] * 10, *[200] * 10, *[0] * 10):  # bright in its middle second
+        writer.send(np.full((48, 64, 3), level, np.uint8))
+    writer.close()
+    still = middle_picture(film)
+    assert still is not None
+    assert cv2.imdecode(np.frombuffer(still, np.uint8), cv2.IMREAD_COLOR).mean() > 150.0
+    film.write_bytes(b"film")
+    assert middle_picture(film) is None
 
 
 def test_the_command_line_makes_the_run_again(run: Path) -> None:

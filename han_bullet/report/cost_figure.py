@@ -98,7 +98,7 @@ def draw_costs() -> Figure:
 
 
 def _draw_surface(axes: Axes3D, x: Array, y: Array, g: Array) -> None:
-    axes.plot_surface(x, y, g, cmap=COSTS, vmin=0.0, vmax=1.0, rcount=120, ccount=120, rasterized=True, linewidth=0)
+    axes.plot_surface(x, y, g, cmap=COSTS, vmin=0.0, vmax=1.0, rcount=80, ccount=80, rasterized=True, linewidth=0)
     axes.set(zlim=(0.0, 1.0), xticks=(-2, 0, 2), yticks=(-2, 0, 2), zticks=(0, 0.5, 1))
     axes.set_xlabel("x [m]", labelpad=-9.0, fontsize=7)
     axes.set_ylabel("y [m]", labelpad=-9.0, fontsize=7)

@@ -46,7 +46,7 @@ summary { cursor: pointer; }
 footer { margin-top: 3rem; color: var(--pale); font-size: .85rem; border-top: 1px solid var(--line); }
 @media print {
   @page { margin: 15mm; }
-  html { font-size: 10pt; } body { max-width: none; padding: 0; } nav, video { display: none; }
+  html { font-size: 10pt; } body { max-width: none; padding: 0; } nav { display: none; }
   h2, h3 { break-after: avoid; } figure, tr, .verdict, .card { break-inside: avoid; }
   abbr { text-decoration: none; } .wide { overflow: visible; } .pairs { grid-template-columns: 1fr 1fr; }
 }

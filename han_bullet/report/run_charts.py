@@ -28,7 +28,7 @@ DEFAULT_ROBOT_RADIUS = 0.3  # [m], where the world is not known
 def draw_ways(run: Run) -> bytes:
     """Draw the ways of robot, people and tracks over the map."""
     with styled():
-        figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
         axes = figure.add_subplot()
         axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
         if run.world is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.costmap.layers import STANDARD
+from han_bullet.report.film_still import middle_picture
 from han_bullet.report.markup import (
     Html,
     captioned,
@@ -159,7 +160,9 @@ def _video(file: Path) -> list[Section]:
         return []
     embedded = file.stat().st_size <= LARGEST_EMBEDDED
     source = data_uri(file.read_bytes(), "video/mp4") if embedded else file.name
-    player = element("video", f"See {file.name}.", src=source, controls="", preload="metadata")
+    still = middle_picture(file)
+    poster = {} if still is None else {"poster": data_uri(still, "image/jpeg")}
+    player = element("video", f"See {file.name}.", src=source, controls="", preload="metadata", **poster)
     words = "Above the map, below the cameras with what the detector found."
     beside = "" if embedded else f" The file {file.name} lies beside this page; keep them together."
     link = paragraph(words + beside + " ", element("a", "Open the file", href=file.name), class_="note")
