@@ -187,7 +187,7 @@ def _provenance(sweep: Sweep) -> Html:
         "real-time factor": f"median {np.median(factors):.2f}, {min(factors):.2f} to {max(factors):.2f}"
         if factors
         else "–",
-        "one run again": element("code", "han-bullet report FOLDER/runs/WORLD/VARIANT/SEED"),
+        "a page of one run": element("code", "han-bullet report FOLDER/runs/WORLD/VARIANT/SEED"),
     }
     mixed = [paragraph("Runs of more than one commit are mixed here.", class_="bad")] if len(commits) > 1 else []
     return together([*mixed, table(("", ""), list(facts.items()), words=2)])
