@@ -1,11 +1,12 @@
 """Association: exact marginals against brute force, and who takes what."""
 
-from itertools import product
+from decimal import Decimal
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joint_sums import one_by_one
 
 from han_bullet.tracking.association import (
     Association,
@@ -32,18 +33,14 @@ def scene(tracks: list[tuple[float, float]], measurements: list[tuple[float, flo
 
 def brute_force(gating: Gating) -> np.ndarray:
     """Sum the probability of every joint event, one by one."""
-    n, m = gating.inside.shape
-    beta = np.zeros((n, m + 1))
-    for event in product(range(m + 1), repeat=n):
-        used = [column for column in event if column]
-        if len(set(used)) < len(used) or any(c and not gating.inside[i, c - 1] for i, c in enumerate(event)):
-            continue
-        probability = 1.0
-        for i, column in enumerate(event):
-            probability *= 0.9 * gating.density[i, column - 1] / 0.005 if column else 1.0 - 0.9 * 0.99
-        for i, column in enumerate(event):
-            beta[i, column] += probability
-    return beta / beta.sum(axis=1, keepdims=True)
+    to_miss = Decimal("0.9") / Decimal("0.005") / Decimal("0.109")  # 1 - 0.9 * 0.99
+    pairs = one_by_one(
+        [
+            [to_miss * Decimal(float(density)) if inside else Decimal(0) for density, inside in zip(*row, strict=True)]
+            for row in zip(gating.density, gating.inside, strict=True)
+        ]
+    )
+    return np.column_stack([1.0 - pairs.sum(axis=1), pairs])
 
 
 points = st.lists(st.tuples(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9)), min_size=1, max_size=4)
@@ -58,6 +55,29 @@ def test_marginals_equal_those_of_every_joint_event(
     beta = NNJPDA.marginals(gating)
     assert beta == pytest.approx(brute_force(gating), abs=1e-9)
     assert beta.sum(axis=1) == pytest.approx(np.ones(len(tracks)), abs=1e-12)
+
+
+@st.composite
+def any_gating(draw: st.DrawFn) -> Gating:
+    """Up to five tracks and measurements, any of them gated, with densities [1/m^2] that no scene has."""
+    shape = draw(st.integers(1, 5)), draw(st.integers(0, 5))
+    count = shape[0] * shape[1]
+    powers = draw(st.lists(st.one_of(st.floats(-3, 2), st.integers(-320, 300)), min_size=count, max_size=count))
+    inside = draw(st.one_of(st.just([True] * count), st.lists(st.booleans(), min_size=count, max_size=count)))
+    density = 10.0 ** np.array(powers, float).reshape(shape)
+    return Gating(np.ones(shape), density, np.array(inside, bool).reshape(shape))
+
+
+@settings(max_examples=150, deadline=None)
+@given(any_gating())
+def test_marginals_of_any_gates_and_densities_equal_those_of_every_joint_event(gating: Gating) -> None:
+    beta = NNJPDA.marginals(gating)
+    assert beta == pytest.approx(brute_force(gating), abs=1e-9)
+    assert (beta[:, 1:][~gating.inside] == 0.0).all()
+    for association in (NNJPDA, NearestNeighbour(), GlobalNearestNeighbour()):
+        pairs = association.assign(gating)
+        assert len({i for i, _ in pairs}) == len({j for _, j in pairs}) == len(pairs)
+        assert all(gating.inside[pair] for pair in pairs)
 
 
 @settings(max_examples=60, deadline=None)
