@@ -15,6 +15,7 @@ BENCHMARKS = (
     ("planner",),
     ("costmap",),
     ("tracker",),
+    ("joint_events",),
     ("ceiling_frames",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
