@@ -42,6 +42,11 @@ def test_nobody_is_seen_behind_the_camera_or_beside_the_image() -> None:
     assert OPEN.sees(CEILING, at((-5.0, 0.0), (4.0, 3.0), (6.0, 0.0))).tolist() == [False, False, True]
 
 
+def test_nobody_is_seen_whose_head_is_behind_a_low_camera_that_looks_down() -> None:
+    """What is behind a camera has a place in the formula's image too."""
+    assert OPEN.sees(camera([0.0, 0.0, 1.2], [0.2, 0.0, 0.0]), at((-0.25, -0.1))).tolist() == [False]
+
+
 def test_walls_hide_people_and_a_low_couch_does_not() -> None:
     wall = SolidBox("wall0", "wall", np.array([5.0, 0.5, 1.4]), np.array([0.1, 1.0, 2.8]), 0.0)
     couch = SolidBox("couch", "object", np.array([5.0, -0.5, 0.4]), np.array([0.8, 1.0, 0.8]), 0.0)

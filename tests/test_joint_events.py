@@ -125,6 +125,12 @@ def test_nobodys_measurement_and_one_that_a_single_track_wants_cost_nothing() ->
     assert plan(possible).sums == 8
 
 
+def test_few_tracks_among_many_measurements_need_few_sums_and_so_do_many_tracks_of_few(planned: list[Sweep]) -> None:
+    pair_probabilities(np.zeros((3, 18)))
+    pair_probabilities(np.zeros((18, 3)))
+    assert [sweep.sums for sweep in planned] == [19 << 3] * 2
+
+
 @pytest.mark.parametrize(("size", "exact"), [(14, True), (15, False), (20, False), (70, False)])
 def test_a_cluster_beyond_the_limit_is_thinned_until_it_needs_no_more_than_that(
     size: int, exact: bool, planned: list[Sweep]
