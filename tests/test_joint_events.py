@@ -97,7 +97,7 @@ def test_twenty_people_in_five_metres_square_need_no_more_than_two_hundred_parti
 def packed(rng: np.random.Generator) -> np.ndarray:
     """Return which of twenty people, half a metre apart in four rows of five, may have which measurement.
 
-    Each is known to 0.2 m, as after a second without a hit, and so has four or five measurements to choose from.
+    Each is known to 0.2 m, as after 1.6 s without a hit, and so has four or five measurements to choose from.
     """
     places = rng.permutation(0.5 * np.array([(x, y) for x in range(5) for y in range(4)], float))
     tracks, noise = (np.tile(deviation**2 * np.eye(2), (20, 1, 1)) for deviation in (0.2, 0.1))

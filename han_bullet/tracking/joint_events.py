@@ -18,7 +18,7 @@ from han_bullet.geometry import Array
 MOST_SUMS = 1 << 18
 # Part of its pairs, besides each row's best, that such a cluster loses at a time.
 THINNING = 0.1
-# What is smaller by more than these is nothing beside the greater number.
+# By how many powers of two two numbers differ -> the factor; from the last of these on, the smaller one is nothing.
 POWERS = 2.0 ** -np.arange(1000)
 
 Exponents = NDArray[np.int64]
