@@ -130,6 +130,8 @@ def test_a_pair_less_probable_than_no_measurement_does_not_stand() -> None:
     crowded = Nnjpda(clutter_density=1.0)
     assert crowded.marginals(gating)[0, 1] < crowded.marginals(gating)[0, 0]
     assert crowded.assign(gating) == ()
+    assert GlobalNearestNeighbour(clutter_density=1.0).assign(gating) == ()
+    assert GlobalNearestNeighbour().assign(gating) == ((0, 0),)
     assert NNJPDA.assign(gating) == ((0, 0),)
 
 
