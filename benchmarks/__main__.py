@@ -15,6 +15,7 @@ BENCHMARKS = (
     ("planner",),
     ("costmap",),
     ("tracker",),
+    ("joint_events",),
     ("ceiling_frames",),
     ("sweep_speed",),
     ("scenarios", "--seeds", "10"),

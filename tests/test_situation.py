@@ -56,6 +56,25 @@ def test_a_hand_over_takes_the_nearest_person_to_the_place_and_keeps_their_id() 
     assert isinstance(scene.task, HandOver) and scene.task.person == 4
 
 
+@pytest.mark.parametrize(("distance", "meant"), [(1.45, 3), (1.55, None)])
+def test_only_somebody_within_one_and_a_half_metres_of_the_place_is_meant(distance: float, meant: int | None) -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    scene = situation.update(observation(0.0), [person(5.0, distance, number=3)])
+    assert isinstance(scene.task, HandOver) and scene.task.person == meant
+
+
+def test_the_heading_follows_the_robot_up_to_two_metres_and_no_nearer() -> None:
+    """Whatever way the person faced before: from the request on they turn to the robot."""
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    taker = TrackedPerson(0, 0.0, np.array([5.0, 0.0]), np.zeros(2), np.eye(4) * 0.01, Posture.STANDING, 0.0)
+    headings = []
+    for k, (x, y) in enumerate([(5.0, 5.0), (5.0 - 2.1, 0.0), (5.0, -1.9), (5.0, 1.9), (5.0 + 2.1, 0.0)]):
+        task = situation.update(observation(0.1 * k, pose=Pose2D(x, y, 0.0)), [taker]).task
+        assert isinstance(task, HandOver) and task.heading is not None
+        headings.append(abs(math.degrees(task.heading)))
+    assert headings == pytest.approx([90.0, 180.0, 180.0, 180.0, 0.0])
+
+
 def test_the_robot_stops_before_the_person_it_hands_over_to_and_faces_them() -> None:
     situation = Situation(task=HandOver(np.array([5.0, 0.0]), distance=0.9))
     situation.update(observation(0.0), [person(5.0, 0.0)])
