@@ -13,7 +13,7 @@ from han_bullet.explain.replay import Look, Replay
 from han_bullet.explain.track_lives import explain_stray, histories
 from han_bullet.geometry import Array
 from han_bullet.messages import Frame, Posture, TrackedPerson, TruePerson
-from han_bullet.perception_tally import MATCH_WITHIN, match
+from han_bullet.metrics.perceived import MATCH_WITHIN, match
 from han_bullet.tracking.field_of_view import BODY_HEIGHT, FieldOfView
 from han_bullet.tracking.sight import expected_box, why_unseen
 from han_bullet.tracking.tracker import MultiCameraTracker

@@ -7,7 +7,7 @@ from collections import Counter
 from han_bullet.explain.explanation import Place, StrayExplained
 from han_bullet.explain.replay import Replay
 from han_bullet.messages import TrackedPerson, TruePerson
-from han_bullet.perception_tally import MATCH_WITHIN
+from han_bullet.metrics.perceived import MATCH_WITHIN
 from han_bullet.tracking.track import CONFIRM_WITHIN, HITS_TO_CONFIRM, MEMORY, TrackRecord
 from han_bullet.tracking.tracker import MultiCameraTracker
 

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from han_bullet.geometry import Array
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.report.run_files import PersonWay, Run, Trace
-from han_bullet.tallies import PERSON_RADIUS
 
 MARK_EVERY = 5.0  # [s] along the ways
 WIDTH = 11.0  # [inch]; text of 9 points stays readable where the page shows it narrower

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
-from han_bullet.perception_tally import match
+from han_bullet.metrics.perceived import match
 from han_bullet.report.run_files import Run, Trace
 from han_bullet.sim.devices import Television
 from han_bullet.sim.trigger import RobotNow

@@ -18,10 +18,10 @@ from han_bullet.costmap.grid import SOCIAL_MAX, Costmap
 from han_bullet.episode import Hook, Tick
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import Posture
+from han_bullet.metrics.passing import LEVEL_WITHIN
 from han_bullet.report.charts import BLACK, COSTS, ROBOT, SKY
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.runner import RunOptions, run_world
-from han_bullet.tallies import LEVEL_WITHIN
 from han_bullet.topdown import BODY_RADIUS, extent
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, VERMILION, person_colour, styled, svg
 from han_bullet.report.compared import Figure as Compared
 from han_bullet.report.compared import minimum_distances
@@ -16,7 +17,6 @@ from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.report.run_charts import DEFAULT_ROBOT_RADIUS, PASSING
 from han_bullet.report.run_files import Trace
 from han_bullet.report.sweep_files import Sweep, SweepRow
-from han_bullet.tallies import PERSON_RADIUS
 from han_bullet.world_schema import World
 
 EVERY = 4  # ticks of 0.05 s between the points of a drawn way
