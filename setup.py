@@ -37,7 +37,16 @@ setup(
         "imageio-ffmpeg>=0.4.9",
     ],
     extras_require={
-        "dev": ["pytest>=8", "hypothesis>=6", "ruff>=0.5", "mypy>=1.10", "types-PyYAML", "scikit-image>=0.22"],
+        "dev": [
+            "pytest>=8",
+            "hypothesis>=6",
+            "ruff>=0.5",
+            "mypy>=1.10",
+            "types-PyYAML",
+            "scikit-image>=0.22",
+            "paho-mqtt>=2,<3",
+        ],
+        "mqtt": ["paho-mqtt>=2,<3"],
         "bench": ["pyastar2d>=1.1", "scikit-image>=0.22", "stonesoup>=1.9"],
     },
     entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},

@@ -49,6 +49,9 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
     add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
+    add_option(
+        "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
+    )
     add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/NAME of the world file)")
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
     parser.set_defaults(handler=_run)
@@ -79,6 +82,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         workers=options.workers,
         video=options.video,
         gui=options.gui,
+        mqtt=options.mqtt,
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)
