@@ -74,7 +74,7 @@ class KnownDevices:
             _log.info("device %s: stamp %g s is late, %g s came before", message.device, message.time, last.time)
             return "late"
         if last is not None and message.session != last.session:
-            _log.warning("device %s: %r speaks for it now, not %r", message.device, message.session, last.session)
+            _log.warning("device %s: %s speaks for it now, not %s", message.device, _sender(message), _sender(last))
         self._last[message.device] = message
         self._hear(message.device, time)
         device = self._devices[message.device]
@@ -104,6 +104,10 @@ class KnownDevices:
                 self._silent.add(device)
                 state = _word(self._devices[device].on)
                 _log.warning("device %s is silent for more than %g s; taken to be %s", device, SILENT_AFTER, state)
+
+
+def _sender(message: DeviceMessage) -> str:
+    return repr(message.session) if message.session else "a sender without session"
 
 
 def _word(on: bool) -> str:

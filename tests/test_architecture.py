@@ -127,7 +127,7 @@ HEAVY = ("torch", "pybullet", "numba", "scipy", "matplotlib", "cv2", "numpy", "p
     [
         ("import han_bullet.cli", HEAVY),
         ("import han_bullet.fork_server", HEAVY),
-        ("import han_bullet.runner", ("torch", "matplotlib", "imageio_ffmpeg")),
+        ("import han_bullet.runner", ("torch", "paho", "matplotlib", "imageio_ffmpeg")),
         ("from han_bullet.camera_workers import DetectorChoice; DetectorChoice().load()", ("matplotlib", "sympy")),
     ],
 )

@@ -1,5 +1,7 @@
 import json
 import math
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -42,6 +44,14 @@ def test_a_payload_written_by_hand_needs_three_keys_and_may_have_others() -> Non
     assert read_payload(b'{"on": true, "time": 3, "device": "tv", "brand": "X"}', ["tv"]) == DeviceMessage(
         "tv", 3.0, True
     )
+
+
+def test_the_messages_that_the_documentation_shows_are_read() -> None:
+    text = (
+        (Path(__file__).parent.parent / "docs/devices.md").read_text().replace('\\"', '"').replace("$(date +%s)", "17")
+    )
+    shown = [read_payload(line.encode(), ["tv"]) for line in re.findall(r'\{"device.*?\}', text)]
+    assert [(message.time, message.on) for message in shown] == [(12.35, True), (17.0, True)]
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,8 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run real2 --seed 3 --check\n"
         "  han-bullet run sim1 --perception truth --no-video --out /tmp/sim1\n"
         "  han-bullet run real2 --without overtake,personal_walking\n"
-        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right",
+        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
+        "  han-bullet run real3 --mqtt localhost",
     )
     add_option = parser.add_argument
     add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
