@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Collection
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.messages import DeviceMessage
 
 LONGEST_PAYLOAD = 1024  # [bytes]: a state takes about 100; nobody has to parse megabytes to refuse them
-LONGEST_SESSION = 64  # characters
+SESSION = re.compile(r"[A-Za-z0-9_.:-]{0,64}")  # it stands in logs and tables
 
 
 def write_payload(message: DeviceMessage) -> bytes:
@@ -36,8 +37,8 @@ def read_payload(payload: bytes, known: Collection[str]) -> DeviceMessage:
         raise _refusal("device", device, f"one of {', '.join(sorted(known)) or 'none in this world'}")
     if not isinstance(on, bool):
         raise _refusal("on", on, "true or false")
-    if not isinstance(session, str) or len(session) > LONGEST_SESSION:
-        raise _refusal("session", session, f"a string of at most {LONGEST_SESSION} characters")
+    if not isinstance(session, str) or SESSION.fullmatch(session) is None:
+        raise _refusal("session", session, "a string of at most 64 letters, digits and any of _.:-")
     return DeviceMessage(device, _seconds(time), on, session)
 
 

@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: result.json, trace.csv, tracks.csv, detections.csv, video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, four tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from han_bullet.known_devices import KnownDevices
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
 from han_bullet.provenance import git_commit, sha256, versions
-from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
+from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import find_world, load_world, save_world
 from han_bullet.world_schema import Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
@@ -144,6 +144,7 @@ def run_world(
         "localization": simulator.localization_name,
         "detector": detector_description,
         "devices": channel.name,
+        "device_session": channel.session,
         "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
@@ -183,6 +184,7 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
         "association": options.association if with_cameras else None,
         "detector": None,
         "devices": None,
+        "device_session": None,
         "device_messages": {},
         "layers": [],
         "pass": options.pass_side,
@@ -260,14 +262,16 @@ def _build(
 
 
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
-    """Make the folder, take away what an earlier run left, and open the files."""
+    """Make the folder, take away what an earlier run left, write the concrete world, and open the files."""
     folder.mkdir(parents=True, exist_ok=True)
     for stale in ("result.json", "video.mp4"):
         (folder / stale).unlink(missing_ok=True)
+    save_world(world, folder / "world.yaml", f"{world.name} as seed {options.seed} makes it, with the cameras in use")
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
+        MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:
         from han_bullet.video import VideoRecorder  # with matplotlib for its letters

@@ -101,9 +101,9 @@ def test_a_real_device_that_spoke_before_the_simulated_one_keeps_its_say(known: 
 
 
 def test_a_real_device_that_starts_anew_may_begin_with_earlier_stamps(known: KnownDevices) -> None:
-    known.update([says(1.7e12, True, "boot 1")], 0.0)
-    assert known.update([says(3.0, False, "boot 2")], 1.0)
-    assert not known.update([says(2.0, True, "boot 2")], 1.1)
+    known.update([says(1.7e12, True, "boot_1")], 0.0)
+    assert known.update([says(3.0, False, "boot_2")], 1.0)
+    assert not known.update([says(2.0, True, "boot_2")], 1.1)
     assert known.counts["late"] == 1
 
 

@@ -14,6 +14,8 @@ from paho.mqtt.enums import CallbackAPIVersion
 from han_bullet.cli import main
 from han_bullet.device_payload import read_payload, write_payload
 from han_bullet.errors import BadInputError
+from han_bullet.explain.recorded_run import read_run
+from han_bullet.explain.replay import replay
 from han_bullet.messages import DeviceMessage
 from han_bullet.mqtt_channel import MqttChannel, split_address
 
@@ -120,6 +122,9 @@ def test_a_run_over_mqtt_hears_its_television_and_says_how(
     assert result["device_messages"]["ignored"] == 1 and result["device_messages"]["new"] >= 1
     (delay,) = [metric["value"] for metric in result["metrics"] if metric["name"] == "replan_delay.tv"]
     assert delay is not None
+    recorded = read_run(tmp_path / "run")
+    replayed = replay(recorded, recorded.truths[-1].time)
+    assert replayed.differs_since is None and replayed.tick.decision.scene.devices[0].on
     home.subscribe()
     until(lambda: len(home.heard) == 1)
     last = read_payload(home.heard[0][1], ["tv"])

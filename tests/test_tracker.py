@@ -321,3 +321,18 @@ def test_the_life_of_a_track_can_be_told_afterwards() -> None:
     assert record.ended_time is not None and record.ended_time > 2.5
     assert 15 <= record.hits["east"] <= 25
     assert record.misses["east"] >= 25
+
+
+def test_a_record_tells_the_recent_hits_their_boxes_and_who_missed_since() -> None:
+    tracker = MultiCameraTracker(field_of_view=VIEW)
+    here, other = np.array([7.5, 0.0]), np.array([7.5, 1.2])
+    for k in range(40):  # the person is the second box of each image
+        tracker.update([at(EASTWARD, 0.1 * k, [other, here] if k % 2 else [other])], 0.1 * k)
+    for k in range(40, 43):
+        tracker.update([at(EASTWARD, 0.1 * k, []), at(WESTWARD, 0.1 * k, [])], 0.1 * k)
+    (record,) = [r for r in tracker.records if r.id == 1]
+    assert {(hit.camera, hit.detection) for hit in record.recent_hits} == {("east", 1)}
+    assert record.last_hit == record.recent_hits[-1].time == pytest.approx(3.9)
+    assert record.recent_hits[0].time == pytest.approx(2.0, abs=0.11)
+    assert record.hit_at == pytest.approx((7.5, 0.0), abs=0.02)
+    assert record.missed_by == ("east", "west")
