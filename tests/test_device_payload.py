@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from han_bullet.device_payload import LONGEST_PAYLOAD, SESSION, read_payload, write_payload
@@ -28,6 +28,7 @@ def refusal(data: bytes) -> str:
     return str(refused.value)
 
 
+@settings(deadline=None)
 @given(
     time=st.floats(allow_nan=False, allow_infinity=False),
     on=st.booleans(),
@@ -86,6 +87,7 @@ def test_a_malformed_payload_is_refused_with_the_reason(data: bytes, reason: str
     assert reason in refusal(data)
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=1100) | JSON.map(lambda value: json.dumps(value).encode()))
 def test_any_bytes_give_a_whole_message_or_a_reason(data: bytes) -> None:
     try:

@@ -2,7 +2,7 @@ import logging
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from han_bullet.device_channel import SIMULATED
@@ -137,6 +137,7 @@ PAYLOADS = st.lists(
 )
 
 
+@settings(deadline=None)
 @given(st.lists(PAYLOADS, max_size=5))
 def test_whatever_arrives_nothing_is_raised_and_a_change_is_told_exactly_when_the_state_differs(
     ticks: list[list[bytes]],
