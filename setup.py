@@ -4,6 +4,7 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 
+MQTT = ["paho-mqtt>=2,<3"]
 SWEEP = ["distributed>=2024.8", "pyarrow>=16"]
 
 setup(
@@ -48,8 +49,10 @@ setup(
             "scikit-image>=0.22",
             "stonesoup>=1.9",
             *SWEEP,
+            *MQTT,
         ],
         "sweep": SWEEP,
+        "mqtt": MQTT,
         "bench": ["pyastar2d>=1.1", "scikit-image>=0.22", "stonesoup>=1.9"],
     },
     entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},

@@ -143,7 +143,7 @@ def test_planning_again_leaves_the_stack_as_it_was(overtaking: Path) -> None:
 
 
 def test_with_the_television_on_it_is_named_beside_its_viewer(television: Path) -> None:
-    assert (television / "messages.csv").read_text().splitlines()[0] == "time,device,sent,on"
+    assert (television / "messages.csv").read_text().splitlines()[0] == "time,device,sent,on,session"
     explanation = explain_run(television, 6.5)
     interaction = effect(explanation, "interaction")
     assert interaction.causes == ("track 0 (viewer)", "tv")
@@ -218,7 +218,7 @@ def test_a_time_outside_the_run_is_refused_with_its_span(overtaking: Path, time:
         ("result.json", "{", "not readable as JSON"),
         ("result.json", "[]", "has no 'perception'"),
         ("trace.csv", "time,robot.x\n", "has no column 'walker.x'"),
-        ("messages.csv", "time,device,sent,on\n0.0,tv,now,1\n", "line 2 cannot be read: could not convert"),
+        ("messages.csv", "time,device,sent,on,session\n0.0,tv,now,1,\n", "line 2 cannot be read: could not convert"),
         ("world.yaml", "name: [", "not readable as YAML"),
     ],
 )

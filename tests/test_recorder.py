@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from ticks import found, frame, make_world, person, tick, track
 
+from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
 from han_bullet.messages import DeviceMessage
 from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
@@ -59,12 +60,14 @@ def test_detections_have_a_row_per_box_with_the_time_of_exposure(tmp_path: Path)
     ]
 
 
-def test_messages_have_a_row_each_with_the_tick_of_their_arrival(tmp_path: Path):
-    observation = replace(TICKS[1].observation, device_messages=(DeviceMessage("tv", 0.02, on=True),))
-    write(MessagesRecorder(tmp_path / "messages.csv"), (TICKS[0], replace(TICKS[1], observation=observation)))
+def test_well_formed_messages_have_a_row_each_with_the_tick_of_their_arrival(tmp_path: Path):
+    observation = replace(
+        TICKS[1].observation, device_messages=(b"{}", write_payload(DeviceMessage("tv", 0.02, True, "ha")))
+    )
+    write(MessagesRecorder(tmp_path / "messages.csv", ["tv"]), (TICKS[0], replace(TICKS[1], observation=observation)))
     assert (tmp_path / "messages.csv").read_text().splitlines() == [
-        "time,device,sent,on",
-        "0.050000,tv,0.020000,1",
+        "time,device,sent,on,session",
+        "0.050000,tv,0.020000,1,ha",
     ]
 
 

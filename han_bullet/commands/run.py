@@ -27,7 +27,8 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run real2 --seed 3 --check\n"
         "  han-bullet run sim1 --perception truth --no-video --out /tmp/sim1\n"
         "  han-bullet run real2 --without overtake,personal_walking\n"
-        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right",
+        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
+        "  han-bullet run real3 --mqtt localhost",
     )
     add_option = parser.add_argument
     add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
@@ -50,6 +51,9 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
     add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
+    add_option(
+        "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
+    )
     add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/NAME of the world file)")
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
     parser.set_defaults(handler=_run)
@@ -80,6 +84,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         workers=options.workers,
         video=options.video,
         gui=options.gui,
+        mqtt=options.mqtt,
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)

@@ -143,7 +143,7 @@ def _track(row: Row) -> TrackRow:
 
 
 def _message(row: Row) -> DeviceMessage:
-    return DeviceMessage(row["device"], float(row["sent"]), on=bool(int(row["on"])))
+    return DeviceMessage(row["device"], float(row["sent"]), on=bool(int(row["on"])), session=row["session"])
 
 
 def _detections(path: Path) -> dict[tuple[int, str], Detections]:

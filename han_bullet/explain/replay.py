@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from han_bullet.ablation import NoDetector, TruthTracker
-from han_bullet.assembly import build_stack, build_tracker
+from han_bullet.assembly import build_stack, build_tracker, known_devices
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_frame
 from han_bullet.detection.camera_detector import FrameDetector
+from han_bullet.device_channel import SIMULATED
+from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun, TrackRow
 from han_bullet.messages import Detections, Frame, FrameDetections, Observation, Scan, TrackedPerson, Truth
@@ -118,6 +120,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         tracker=tracker,
         without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
         pass_side=settings["pass"],
+        devices=known_devices(world, settings.get("device_session", SIMULATED)),
     )
 
 
@@ -127,7 +130,7 @@ def _observation(run: RecordedRun, number: int) -> Observation:
     pose = truth.pose_robot_in_world
     due = [camera for camera in run.world.cameras if run.sees and number % camera.ticks_per_frame == 0]
     frames = tuple(empty_frame(camera, pose, truth.time) for camera in due)
-    messages = tuple(run.messages.get(number, ()))
+    messages = tuple(map(write_payload, run.messages.get(number, ())))
     return Observation(truth.time, pose, truth.twist_robot_in_body, frames, messages)
 
 
