@@ -23,6 +23,7 @@ from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
+from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
@@ -30,7 +31,7 @@ from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import find_world, load_world, world_files
 from han_bullet.world_schema import Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
@@ -47,7 +48,8 @@ class RunOptions:
         association: "nnjpda", "nn" or "gnn".
         detector: Which shipped or own model.
         without: Costmap layers to leave out.
-        pass_side: On which side the robot overtakes, "left" or "right".
+        pass_side: On which side the robot overtakes, "left" or "right"; in a mirrored world on the other.
+        mirrored: Whether to run the world's mirror image at its x axis, with left for right.
         workers: Camera processes at most; 1 renders and detects in this process.
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
@@ -60,6 +62,7 @@ class RunOptions:
     detector: DetectorChoice = field(default_factory=DetectorChoice)
     without: tuple[str, ...] = ()
     pass_side: str = "left"
+    mirrored: bool = False
     workers: int = 2
     video: bool = True
     gui: bool = False
@@ -118,8 +121,12 @@ def run_world(
     world = _load(name_or_path, options)
     source = f"{find_world(name_or_path)} (seed {options.seed})"
     concrete = vary(world, options.seed)
+    if options.mirrored:
+        # Last, so that a seed's mirrored run is the mirror image of its run.
+        concrete = mirrored(concrete)
+        options = replace(options, pass_side=OTHER_SIDE.get(options.pass_side, options.pass_side))
     check_world(concrete, source)
-    result = _describe(concrete, options, find_world(name_or_path))
+    result = _describe(concrete, options, world_files(name_or_path))
     with contextlib.ExitStack() as closing:
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
         simulator = Simulator(concrete, renderer=frames, gui=options.gui)
@@ -132,7 +139,7 @@ def run_world(
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
-    checks = check_expectations(world.expectations, results)
+    checks = check_expectations(concrete.expectations, results)
     simulated, took = simulator.truth_time, finished - prepared
     result |= {
         "localization": simulator.localization_name,
@@ -162,12 +169,12 @@ def _load(name_or_path: str | Path, options: RunOptions) -> World:
     return world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
 
 
-def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]:
+def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dict[str, Any]:
     """Return what a result says of how it was made; asked for first, so that a run is not lost over it."""
     with_cameras = options.perception == "cameras"
     return {
         "world": world.name,
-        "world_sha256": sha256(source),
+        "world_sha256": sha256(*sources),
         "seed": options.seed,
         "perception": options.perception,
         "localization": None,
@@ -176,6 +183,7 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
         "detector": None,
         "layers": [],
         "pass": options.pass_side,
+        "mirrored": options.mirrored,
         "versions": versions(),
         "git_commit": git_commit(),
     }
