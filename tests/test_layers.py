@@ -251,6 +251,27 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
             assert costmap.cost[before < INSCRIBED].max() < INSCRIBED
 
 
+SOCIAL = (PersonalWalkingLayer, PersonalStillLayer, VisibilityLayer, InteractionLayer, OvertakeLayer)
+
+
+@pytest.mark.parametrize("layer", SOCIAL)
+@given(amplitude=st.floats(0.0, 1.0), opening=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_the_amplitude_of_a_social_layer_multiplies_its_costs(
+    layer: type[PersonalStillLayer], amplitude: float, opening: bool
+) -> None:
+    tracks = (person(WALKING, (2.0, 3.0), (0.4, 0.1)), person(SEATED, seat="couch"), person(at=(8.0, 7.0)))
+    task = HandOver(np.array([8.0, 7.0]), person=3, heading=0.5) if opening else None
+    scene = Scene(0.0, tracks, (Device("tv", np.array([5.0, 2.0]), True),), (COUCH,), task)
+    whole, part = room(), room()
+    layer().apply(whole, scene)
+    layer(amplitude=amplitude).apply(part, scene)
+    assert whole.cost.max() > 200
+    assert np.abs(part.cost - amplitude * whole.cost).max() <= 1.0  # both are rounded
+    if amplitude == 0.0:
+        assert not part.cost.any()
+
+
 def test_the_standard_layers_come_in_order_and_can_be_left_out() -> None:
     in_order = [
         "static", "inflation", "body", "personal_walking", "personal_still", "visibility", "interaction", "overtake",
@@ -282,6 +303,9 @@ def test_a_world_may_set_a_layers_numbers() -> None:
         ({"parameters": {"inflation": {"robot_radius": 0.2}}}, "'robot_radius' is 0.2 under layers"),
         ({"parameters": {"personal_still": {"deviation": -0.5}}}, r"deviation is -0\.5"),
         ({"parameters": {"interaction": {"gamma": 1.5}}}, r"gamma is 1\.5"),
+        ({"parameters": {"overtake": {"amplitude": 1.1}}}, r"layer overtake: amplitude is 1\.1; it must lie in \[0, 1\]"),
+        ({"parameters": {"visibility": {"amplitude": -0.1}}}, r"amplitude is -0\.1"),
+        ({"parameters": {"interaction": {"amplitude": math.nan}}}, "amplitude is nan"),
         ({"parameters": {"body": {"smallest_margin": 0.4}}}, r"smallest_margin is 0\.4"),
         ({"inflation_radius": 0.2}, r"inflation_radius is 0\.2"),
         ({"pass_side": "middle"}, "'middle'; it must be 'left' or 'right'"),
