@@ -50,7 +50,8 @@ class PersonalStillLayer(Layer):
             if heading is not None:
                 self._raise_with_opening(costmap, person.position_in_world, heading)
             else:
-                raise_asym_gauss(costmap, person.position_in_world, 0.0, *[self.deviation] * 3, self.amplitude)
+                shape = (self.deviation, self.deviation, self.deviation, self.amplitude)
+                raise_asym_gauss(costmap, person.position_in_world, 0.0, *shape)
 
     def _raise_with_opening(self, costmap: Costmap, position_in_world: Array, heading: float) -> None:
         window, x, y = costmap.centres_in_window(position_in_world, REACH * self.deviation)
