@@ -14,6 +14,7 @@ BENCHMARKS = (
     ("rendered_people",),
     ("planner",),
     ("costmap",),
+    ("path_follows_cost",),
     ("tracker",),
     ("joint_events",),
     ("ceiling_frames",),

@@ -19,9 +19,9 @@ from han_bullet.commands.parsing import natural, positive
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
-from han_bullet.geometry import Array, SolidBox
+from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.markdown import markdown_table
-from han_bullet.messages import Device, Posture, Scene, Seat, TrackedPerson
+from han_bullet.messages import Device, GoTo, Posture, Scene, Seat, TrackedPerson
 
 SIDE, RESOLUTION = 20.0, 0.05  # [m]
 ROBOT_RADIUS = 0.3  # [m]
@@ -55,9 +55,18 @@ def seats(number: int) -> list[Seat]:
 
 
 def scene(people: int, generator: np.random.Generator) -> Scene:
-    """Return a scene in which every third person walks, stands or sits; the seated have the first seats."""
+    """Return a scene in which every third person walks, stands or sits; the seated have the first seats.
+
+    The robot is on its way past the first who walks, and comes towards them.
+    """
     places = seats(people // len(POSTURES))
-    return Scene(0.0, tuple(_person(k, places, generator) for k in range(people)), (TELEVISION,), tuple(places))
+    everybody = tuple(_person(k, places, generator) for k in range(people))
+    robot, task = None, None
+    if everybody:
+        there, ahead = everybody[0].position_in_world, everybody[0].velocity_in_world / max(everybody[0].speed, 1e-6)
+        robot, (x, y) = there + 3.0 * ahead, (there - 3.0 * ahead).tolist()
+        task = GoTo(Pose2D(x, y, 0.0))
+    return Scene(0.0, everybody, (TELEVISION,), tuple(places), task, robot)
 
 
 def _person(number: int, places: Sequence[Seat], generator: np.random.Generator) -> TrackedPerson:

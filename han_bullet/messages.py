@@ -252,6 +252,7 @@ class Scene:
         devices: Known devices.
         seats: Sitting areas of the map.
         task: What the robot is doing.
+        position_robot_in_world: Where it is, shape (2,) [m]; None where it is not known.
     """
 
     time: float
@@ -259,6 +260,7 @@ class Scene:
     devices: tuple[Device, ...] = ()
     seats: tuple[Seat, ...] = ()
     task: Task | None = None
+    position_robot_in_world: Array | None = None
 
 
 @dataclass(frozen=True)

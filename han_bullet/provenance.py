@@ -24,9 +24,9 @@ def _version(library: str) -> str:
         return "unknown"
 
 
-def sha256(file: Path) -> str:
-    """Return the checksum of a file, in hexadecimal digits."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+def sha256(*files: Path) -> str:
+    """Return the checksum of a file, or of several one after another, in hexadecimal digits."""
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def processor() -> str:

@@ -25,6 +25,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.known_devices import KnownDevices
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
+from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
@@ -32,7 +33,7 @@ from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
-from han_bullet.world_file import find_world, load_world, save_world
+from han_bullet.world_file import find_world, load_world, save_world, world_files
 from han_bullet.world_schema import Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
@@ -49,7 +50,8 @@ class RunOptions:
         association: "nnjpda", "nn" or "gnn".
         detector: Which shipped or own model.
         without: Costmap layers to leave out.
-        pass_side: On which side the robot overtakes, "left" or "right".
+        pass_side: On which side the robot overtakes, "left" or "right"; in a mirrored world on the other.
+        mirrored: Whether to run the world's mirror image at its x axis, with left for right.
         workers: Camera processes at most; 1 renders and detects in this process.
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
@@ -63,6 +65,7 @@ class RunOptions:
     detector: DetectorChoice = field(default_factory=DetectorChoice)
     without: tuple[str, ...] = ()
     pass_side: str = "left"
+    mirrored: bool = False
     workers: int = 2
     video: bool = True
     gui: bool = False
@@ -122,8 +125,12 @@ def run_world(
     world = _load(name_or_path, options)
     source = f"{find_world(name_or_path)} (seed {options.seed})"
     concrete = vary(world, options.seed)
+    if options.mirrored:
+        # Last, so that a seed's mirrored run is the mirror image of its run.
+        concrete = mirrored(concrete)
+        options = replace(options, pass_side=OTHER_SIDE.get(options.pass_side, options.pass_side))
     check_world(concrete, source)
-    result = _describe(concrete, options, find_world(name_or_path))
+    result = _describe(concrete, options, world_files(name_or_path))
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
@@ -138,7 +145,7 @@ def run_world(
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
-    checks = check_expectations(world.expectations, results)
+    checks = check_expectations(concrete.expectations, results)
     simulated, took = simulator.truth_time, finished - prepared
     result |= {
         "localization": simulator.localization_name,
@@ -171,12 +178,12 @@ def _load(name_or_path: str | Path, options: RunOptions) -> World:
     return world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
 
 
-def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]:
+def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dict[str, Any]:
     """Return what a result says of how it was made; asked for first, so that a run is not lost over it."""
     with_cameras = options.perception == "cameras"
     return {
         "world": world.name,
-        "world_sha256": sha256(source),
+        "world_sha256": sha256(*sources),
         "seed": options.seed,
         "perception": options.perception,
         "localization": None,
@@ -188,6 +195,7 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
         "device_messages": {},
         "layers": [],
         "pass": options.pass_side,
+        "mirrored": options.mirrored,
         "versions": versions(),
         "git_commit": git_commit(),
     }

@@ -14,6 +14,10 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
+EXTENDS = "extends"  # the key that names another file, whose keys hold where this one gives none
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+NAMED = "name"  # a file that gives none, nor extends one that does, is only there to be extended
+
 
 class _Loader(yaml.SafeLoader):
     """YAML in which, as in its version 1.2, only true and false are booleans: `on` is a key of ours."""
@@ -45,14 +49,60 @@ def load_world(name_or_path: str | Path) -> World:
     Raises:
         BadInputError: The file is missing, is no YAML or does not fit the schema; the message has file and field.
     """
-    path = find_world(name_or_path)
+    return parse_world(world_document(name_or_path), source=str(find_world(name_or_path)))
+
+
+def world_document(name_or_path: str | Path) -> dict[str, Any]:
+    """Read a world file with what it extends, unchecked: each key as the first file on the way has it, as a whole."""
+    whole: dict[str, Any] = {}
+    for _, document in _documents(find_world(name_or_path)):
+        whole = document | whole
+    if NAMED not in whole:
+        raise BadInputError(f"{find_world(name_or_path)}: name: not given; a file without is no world, only extended")
+    return {key: value for key, value in whole.items() if key != EXTENDS}
+
+
+def world_files(name_or_path: str | Path) -> list[Path]:
+    """Return the file of a world and those that it extends, in that order."""
+    return [path for path, _ in _documents(find_world(name_or_path))]
+
+
+def _documents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
+    """Read a file, the one that it extends, and so on."""
+    documents = [(path, _read_document(path))]
+    while EXTENDS in documents[-1][1]:
+        here, document = documents[-1]
+        base = _find_base(document[EXTENDS], here)
+        way = [file for file, _ in documents]
+        if base.resolve() in {file.resolve() for file in way}:
+            names = " extends ".join(file.stem for file in [*way, base])
+            raise BadInputError(f"{path}: extends: {names}, in a circle; one of them must extend nothing")
+        documents.append((base, _read_document(base)))
+    return documents
+
+
+def _read_document(path: Path) -> dict[str, Any]:
     try:
         document = read_yaml(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
         raise BadInputError(f"{path}: not readable as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(document, dict):
         raise BadInputError(f"{path}: holds {type(document).__name__}, not a mapping of world fields to values")
-    return parse_world(document, source=str(path))
+    return document
+
+
+def _find_base(name: object, extending: Path) -> Path:
+    """Return the file that a file extends: the one beside it, else the shipped one; names alone, so no other folder."""
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise BadInputError(
+            f"{extending}: extends: {name!r} is no name of a world file; letters, digits and underscores would be "
+            "right, without folder and ending, such as building"
+        )
+    places = (extending.parent / f"{name}.yaml", assets.worlds_folder() / f"{name}.yaml")
+    for place in places:
+        if place.is_file():
+            return place
+    raise BadInputError(f"{extending}: extends: {name!r} is not there; neither {places[0]} nor {places[1]} is a file")
 
 
 def save_world(world: World, path: Path, remark: str) -> None:
@@ -107,10 +157,16 @@ def find_world(name_or_path: str | Path) -> Path:
 
 
 def world_names() -> list[str]:
-    """Return the names of the shipped worlds."""
-    return sorted(path.stem for path in assets.worlds_folder().glob("*.yaml"))
+    """Return the names of the shipped worlds; a file that is only there to be extended is none."""
+    files = sorted(assets.worlds_folder().glob("*.yaml"))
+    return [file.stem for file in files if any(NAMED in document for _, document in _documents(file))]
 
 
 def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a world file."""
-    return World.model_json_schema()
+    """Return the JSON Schema of a world file; what one extends may hold what is required."""
+    schema = World.model_json_schema()
+    required = schema.pop("required")
+    text = "name of a world file whose keys hold where this one gives none"
+    base = {"type": "string", "pattern": f"^{NAME.pattern}$", "description": text}
+    schema["properties"][EXTENDS] = base
+    return schema | {"anyOf": [{"required": [EXTENDS]}, {"required": required}]}

@@ -11,7 +11,7 @@ from little_samples import small_network
 
 from han_bullet.cli import main
 from han_bullet.detection.cnn import save_network
-from han_bullet.world_file import find_world, json_schema
+from han_bullet.world_file import find_world, json_schema, world_document
 
 
 def short_world(folder: Path, **changes: object) -> Path:
@@ -119,7 +119,7 @@ def test_a_person_inside_a_wall_is_told_with_file_and_field(capsys: pytest.Captu
 def test_a_goal_that_cannot_be_reached_is_told_with_file_and_field(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    walls = yaml.safe_load(find_world("real2").read_text())["walls"]
+    walls = world_document("real2")["walls"]
     path = short_world(tmp_path, walls=[*walls, {"start": [10.0, -1.5], "end": [10.0, 1.5]}])
     message = complaint(capsys, "worlds", str(path))
     assert "short.yaml" in message and "task.pose" in message and "no free way" in message

@@ -1,4 +1,4 @@
-"""The eight layers: who costs what, where."""
+"""The layers: who costs what, where."""
 
 import math
 
@@ -13,14 +13,15 @@ from han_bullet.costmap.inflation import InflationLayer
 from han_bullet.costmap.interaction import InteractionLayer
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
+from han_bullet.costmap.oncoming import OncomingLayer
 from han_bullet.costmap.overtake import OvertakeLayer
 from han_bullet.costmap.personal_still import PersonalStillLayer
 from han_bullet.costmap.personal_walking import PersonalWalkingLayer
 from han_bullet.costmap.static import StaticLayer
 from han_bullet.costmap.visibility import VisibilityLayer
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import SolidBox
-from han_bullet.messages import Device, HandOver, Posture, Scene, Seat, TrackedPerson
+from han_bullet.geometry import Pose2D, SolidBox
+from han_bullet.messages import Device, GoTo, HandOver, Posture, Scene, Seat, TrackedPerson
 
 STANDING, WALKING, SEATED = Posture.STANDING, Posture.WALKING, Posture.SEATED
 ROOM = [((0.0, 10.0), (0.0, 10.0))]
@@ -251,13 +252,73 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
             assert costmap.cost[before < INSCRIBED].max() < INSCRIBED
 
 
+def meeting(robot_x: float, goal_x: float, *people: TrackedPerson) -> Scene:
+    """A robot on y = 5 that has somewhere on that line to go."""
+    return Scene(0.0, people, task=GoTo(Pose2D(goal_x, 5.0, 0.0)), position_robot_in_world=np.array([robot_x, 5.0]))
+
+
+def test_the_way_of_a_walker_who_comes_towards_the_robot_costs_as_far_as_they_get_in_4_seconds() -> None:
+    walker = person(WALKING, (8.0, 5.0), (-0.5, 0.0))
+    along = [(x, 5.0) for x in (8.0, 7.0, 6.4)]
+    assert min(costs(OncomingLayer(), meeting(1.0, 9.5, walker), *along)) >= 247
+    beside = costs(OncomingLayer(), meeting(1.0, 9.5, walker), (7.0, 5.53), (7.0, 4.47), (7.0, 6.06))
+    assert beside == pytest.approx([g(1.0), g(1.0), g(4.0)], abs=4.0)
+    (beyond,) = costs(OncomingLayer(), meeting(1.0, 9.5, walker), (4.4, 5.0))
+    assert beyond < g(4.0)
+
+
+@pytest.mark.parametrize(
+    ("robot_x", "goal_x", "posture", "why"),
+    [
+        (1.0, 5.0, WALKING, "the robot stops before it meets them"),
+        (9.5, 1.0, WALKING, "the robot overtakes them"),
+        (9.5, 9.0, WALKING, "they walk away from both"),
+        (1.0, 9.5, STANDING, "they stand"),
+    ],
+)
+def test_who_does_not_come_towards_the_robot_has_no_way_that_costs(
+    robot_x: float, goal_x: float, posture: Posture, why: str
+) -> None:
+    costmap = room()
+    OncomingLayer().apply(costmap, meeting(robot_x, goal_x, person(posture, (8.0, 5.0), (-0.5, 0.0))))
+    assert not costmap.cost.any(), why
+
+
+def test_without_a_robot_or_a_task_nobody_comes_towards_it() -> None:
+    costmap = room()
+    OncomingLayer().apply(costmap, Scene(0.0, (person(WALKING, (8.0, 5.0), (-0.5, 0.0)),)))
+    assert not costmap.cost.any()
+
+
+SOCIAL = (PersonalWalkingLayer, PersonalStillLayer, VisibilityLayer, InteractionLayer, OvertakeLayer)
+
+
+@pytest.mark.parametrize("layer", SOCIAL)
+@given(amplitude=st.floats(0.0, 1.0), opening=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_the_amplitude_of_a_social_layer_multiplies_its_costs(
+    layer: type[PersonalStillLayer], amplitude: float, opening: bool
+) -> None:
+    tracks = (person(WALKING, (2.0, 3.0), (0.4, 0.1)), person(SEATED, seat="couch"), person(at=(8.0, 7.0)))
+    task = HandOver(np.array([8.0, 7.0]), person=3, heading=0.5) if opening else None
+    scene = Scene(0.0, tracks, (Device("tv", np.array([5.0, 2.0]), True),), (COUCH,), task)
+    whole, part = room(), room()
+    layer().apply(whole, scene)
+    layer(amplitude=amplitude).apply(part, scene)
+    assert whole.cost.max() > 200
+    assert np.abs(part.cost - amplitude * whole.cost).max() <= 1.0  # both are rounded
+    if amplitude == 0.0:
+        assert not part.cost.any()
+
+
 def test_the_standard_layers_come_in_order_and_can_be_left_out() -> None:
     in_order = [
         "static", "inflation", "body", "personal_walking", "personal_still", "visibility", "interaction", "overtake",
+        "oncoming",
     ]  # fmt: skip
     assert [layer.name for layer in standard_layers([], robot_radius=0.3)] == in_order
     chosen = standard_layers([], robot_radius=0.3, without=["overtake", "static"])
-    assert [layer.name for layer in chosen] == in_order[1:-1]
+    assert [layer.name for layer in chosen] == [*in_order[1:-2], "oncoming"]
 
 
 def test_a_world_may_set_a_layers_numbers() -> None:
@@ -282,6 +343,12 @@ def test_a_world_may_set_a_layers_numbers() -> None:
         ({"parameters": {"inflation": {"robot_radius": 0.2}}}, "'robot_radius' is 0.2 under layers"),
         ({"parameters": {"personal_still": {"deviation": -0.5}}}, r"deviation is -0\.5"),
         ({"parameters": {"interaction": {"gamma": 1.5}}}, r"gamma is 1\.5"),
+        (
+            {"parameters": {"overtake": {"amplitude": 1.1}}},
+            r"layer overtake: amplitude is 1\.1; it must lie in \[0, 1\]",
+        ),
+        ({"parameters": {"visibility": {"amplitude": -0.1}}}, r"amplitude is -0\.1"),
+        ({"parameters": {"interaction": {"amplitude": math.nan}}}, "amplitude is nan"),
         ({"parameters": {"body": {"smallest_margin": 0.4}}}, r"smallest_margin is 0\.4"),
         ({"inflation_radius": 0.2}, r"inflation_radius is 0\.2"),
         ({"pass_side": "middle"}, "'middle'; it must be 'left' or 'right'"),

@@ -120,20 +120,9 @@ def test_the_same_run_gives_the_same_page_every_time(run: Path) -> None:
     assert write_run_page(run).read_bytes() == write_run_page(run).read_bytes()
 
 
-def test_a_world_that_has_changed_or_is_unknown_is_not_drawn_and_the_page_says_so(run: Path) -> None:
+def test_without_its_world_a_run_is_told_without_a_map_and_the_page_says_so(run: Path) -> None:
     (run / "world.yaml").unlink()
-    assert "World sim2 has changed since this run" in outline(write_run_page(run)).text
-    change_result(run, world="nowhere")
-    assert "The file of world nowhere is not at hand" in outline(write_run_page(run)).text
-
-
-def test_a_shipped_world_that_is_still_the_same_is_drawn(run: Path) -> None:
-    (run / "world.yaml").unlink()
-    from han_bullet.provenance import sha256
-
-    change_result(run, world_sha256=sha256(find_world("sim2")))
-    read = read_run(run)
-    assert read.world is not None and read.world_note == ""
+    assert "no world.yaml, so no map is drawn" in outline(write_run_page(run)).text
 
 
 def test_a_device_is_marked_when_it_goes_on(run: Path) -> None:
@@ -184,8 +173,10 @@ def test_a_still_of_the_video_stands_for_it_until_it_plays(tmp_path: Path) -> No
 
 def test_the_command_line_makes_the_run_again(run: Path) -> None:
     change_result(run, layers=["static", "inflation", "body"], **{"pass": "right"})
-    expected = "--without personal_walking,personal_still,visibility,interaction,overtake --pass right"
+    expected = "--without personal_walking,personal_still,visibility,interaction,overtake,oncoming --pass right"
     assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
+    change_result(run, mirrored=True)  # whose own side is the right one
+    assert command_line(read_result(run)).endswith("overtake,oncoming --mirrored")
 
 
 def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:

@@ -15,7 +15,7 @@ import pytest
 import yaml
 from numpy.typing import NDArray
 
-from experiments import real1, real2, real3, real4, sim1, sim2
+from experiments import encounters, real1, real2, real3, real4, sim1, sim2
 from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.grid import LETHAL, Costmap
 from han_bullet.costmap.layer import Layer
@@ -90,8 +90,14 @@ def test_every_other_experiment_with_cameras_meets_its_expectations(world: str, 
 
 
 @pytest.mark.scenario
+@pytest.mark.parametrize("world", encounters.FIGURES)
+def test_people_who_are_not_in_the_paper_are_met_well_with_cameras(world: str, tmp_path: Path) -> None:
+    assert_expectations_met(encounters.main(world, RunOptions(seed=SEED, video=False), tmp_path))
+
+
+@pytest.mark.scenario
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("world", ["real2", *OTHER_EXPERIMENTS])
+@pytest.mark.parametrize("world", ["real2", *OTHER_EXPERIMENTS, *encounters.FIGURES])
 def test_with_perfect_perception_the_expectations_are_met(world: str, seed: int, tmp_path: Path) -> None:
     assert_expectations_met(run_world(world, RunOptions(seed=seed, perception="truth", video=False), tmp_path))
 
@@ -104,12 +110,14 @@ def test_with_perfect_perception_the_expectations_are_met(world: str, seed: int,
         ("real3", "interaction", "transit_time_on.tv"),
         ("real3", "visibility", "behind_seated.viewer"),
         ("sim2", "interaction", "transit_time_on.tv"),
+        ("head_on", "oncoming", "stalled_time"),
+        ("doorway", "personal_still", "minimum_distance.bystander"),
     ],
 )
 def test_without_its_layer_a_world_fails_on_what_the_layer_is_for(
     world: str, without: str, metric: str, tmp_path: Path
 ) -> None:
-    options = RunOptions(perception="truth", video=False, without=(without,))
+    options = RunOptions(seed=SEED, perception="truth", video=False, without=(without,))
     assert metric in {check.metric for check in run_world(world, options, tmp_path).checks if not check.passed}
 
 
@@ -122,6 +130,52 @@ def test_with_traffic_on_the_other_side_the_robot_passes_on_the_right(tmp_path: 
     path.write_text(yaml.safe_dump(document))
     options = RunOptions(perception="truth", video=False, pass_side="right")
     assert values(run_world(path, options, tmp_path / "run"))["overtaking_side.walker"] == "right"
+
+
+SIDED = ("real1", "real2", "real3", "sim1", "head_on")
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("world", SIDED)
+def test_the_mirrored_run_of_a_seed_is_the_mirror_image_of_its_run(world: str, tmp_path: Path) -> None:
+    traces = []
+    for mirrored in (False, True):
+        options = RunOptions(seed=SEED, perception="truth", video=False, mirrored=mirrored)
+        result = run_world(world, options, tmp_path)
+        assert_expectations_met(result)
+        described = json.loads((tmp_path / "result.json").read_text())
+        assert (described["mirrored"], described["pass"]) == (mirrored, "right" if mirrored else "left")
+        traces.append(np.loadtxt(tmp_path / "trace.csv", delimiter=",", skiprows=1, usecols=(1, 2, 3)))
+    length = min(map(len, traces))
+    assert max(map(len, traces)) - length <= 10  # ticks of 0.05 s
+    apart = traces[0][:length] - traces[1][:length] * [1.0, -1.0, -1.0]
+    assert apart[0] == pytest.approx(0.0, abs=1e-6)
+    assert np.hypot(apart[:, 0], apart[:, 1]).max() < 0.15  # of equally good ways, a cell apart, the search takes one
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("pass_side", ["left", "right"])
+def test_the_overtake_layer_decides_the_side_and_not_the_building(
+    pass_side: str, mirrored: bool, tmp_path: Path
+) -> None:
+    people = "[{name: walker, start: [4.5, 0.0, 0.0], behaviour: {kind: walk, waypoints: [[15.5, 0.0]], speed: 0.35}}]"
+    path = tmp_path / "middle.yaml"
+    path.write_text(f"extends: real2\npeople: {people}\nseed_varies: {{person_start: 0.0, robot_start: 0.0}}\n")
+    options = RunOptions(perception="truth", video=False, pass_side=pass_side, mirrored=mirrored)
+    side = values(run_world(path, options, tmp_path / "run"))["overtaking_side.walker"]
+    assert side == ({"left": "right", "right": "left"}[pass_side] if mirrored else pass_side)
+
+
+@pytest.mark.scenario
+def test_the_checksum_of_a_world_covers_what_it_extends(tmp_path: Path) -> None:
+    sums = []
+    for duration in (0.2, 0.2, 0.3):
+        (tmp_path / "base.yaml").write_text(f"extends: real2\nduration: {duration}\n")
+        (tmp_path / "mine.yaml").write_text("extends: base\nexpectations: []\n")
+        run_world(tmp_path / "mine.yaml", RunOptions(perception="truth", video=False), tmp_path / "run")
+        sums.append(json.loads((tmp_path / "run/result.json").read_text())["world_sha256"])
+    assert sums[0] == sums[1] != sums[2]
 
 
 def brief(world: str, folder: Path, duration: float) -> Path:
@@ -235,6 +289,39 @@ def test_a_detector_of_ones_own_runs_in_the_loop(tmp_path: Path) -> None:
     # In front of a ceiling camera the empty scene gives the same box, so it counts only where something has changed.
     assert not [row for row in rows if row[1] == "camera4"]
     assert [float(cell) for cell in rows[0][2:]] == [300.0, 200.0, 60.0, 150.0, 2.5, 0.75]
+
+
+class Blind(Detector):
+    """A detector that finds nobody."""
+
+    def detect(self, image: NDArray[np.uint8]) -> Detections:
+        return Detections.none()
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize(
+    ("world", "seed", "metric"),
+    [
+        ("head_on", 0, "contacts_person"),
+        ("crossing", 0, "minimum_distance.walker"),
+        ("doorway", 1, "minimum_distance.bystander"),
+        ("two_abreast", 0, "overtaking_side.one"),
+    ],
+)
+def test_a_robot_that_sees_nobody_fails_where_people_are_met(
+    world: str, seed: int, metric: str, tmp_path: Path
+) -> None:
+    options = RunOptions(seed=seed, video=False, cameras=("onboard",))
+    result = run_world(world, options, tmp_path, detector=Blind())
+    assert metric in {check.metric for check in result.checks if not check.passed}
+
+
+@pytest.mark.scenario
+def test_a_person_beside_the_doorway_who_is_taken_to_be_wide_blocks_it(tmp_path: Path) -> None:
+    path = tmp_path / "wide.yaml"
+    path.write_text("extends: doorway\nlayers: {body: {smallest_margin: 1.0, largest_margin: 1.0}}\n")
+    result = run_world(path, RunOptions(perception="truth", video=False), tmp_path / "run")
+    assert values(result)["outcome"] == "blocked"
 
 
 @pytest.mark.scenario

@@ -27,7 +27,7 @@ from han_bullet.sweep.plan import PlannedRun, plan_sweep
 from han_bullet.sweep.running import Onlooker, run_sweep
 from han_bullet.sweep.task import Outcome, carry_out
 from han_bullet.sweep_rows import COLUMNS, read_row, read_rows
-from han_bullet.world_file import find_world
+from han_bullet.world_file import find_world, world_files
 
 
 def brief(folder: Path, duration: float = 0.5) -> Path:
@@ -106,7 +106,7 @@ def test_a_row_says_what_was_run_and_what_came_of_it(small: Any) -> None:
     assert seen["failed"].startswith("outcome = timeout, expected == arrived; overtaking_side.walker = none, expected")
     assert seen["simulated_s"] == 0.5
     assert seen["real_time_factor"] == pytest.approx(0.5 / seen["loop_s"], rel=0.01)
-    assert seen["git_commit"] == git_commit() and seen["world_sha256"] == sha256(out / "brief.yaml")
+    assert seen["git_commit"] == git_commit() and seen["world_sha256"] == sha256(*world_files(out / "brief.yaml"))
     result = json.loads((out / seen["folder"] / "result.json").read_text())
     metrics = {f"metric.{metric['name']}": metric["value"] for metric in result["metrics"]}
     assert {name: seen[name] for name in metrics} == metrics

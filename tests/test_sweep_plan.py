@@ -8,7 +8,7 @@ import yaml
 
 from han_bullet.errors import BadInputError
 from han_bullet.sweep.plan import plan_sweep
-from han_bullet.world_file import find_world
+from han_bullet.world_file import find_world, load_world
 
 
 def changed(folder: Path, **changes: object) -> Path:
@@ -40,13 +40,15 @@ def test_files_have_names_that_every_file_system_takes_and_no_two_runs_share() -
 def test_a_world_travels_as_its_files_content(tmp_path: Path) -> None:
     path = changed(tmp_path, duration=2.0)
     (run,) = plan_sweep([path], [0], ["truth"])
-    assert run.world.name == "mine" and run.world.files == (("mine.yaml", path.read_bytes()),)
-    assert run.world.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+    building = find_world("real2").with_name("building.yaml").read_bytes()
+    assert run.world.name == "mine"
+    assert run.world.files == (("mine.yaml", path.read_bytes()), ("building.yaml", building))
+    assert run.world.sha256 == hashlib.sha256(path.read_bytes() + building).hexdigest()
     assert run.world.cameras == ("camera1", "camera2", "camera3", "camera4", "onboard")
 
 
 def test_a_camera_that_one_world_lacks_is_refused_for_all(tmp_path: Path) -> None:
-    camera = yaml.safe_load(find_world("real2").read_text())["cameras"][0]
+    camera = load_world("real2").cameras[0].model_dump(mode="json")
     blind = changed(tmp_path, cameras=[camera])
     plan_sweep(["real2"], [0], ["camera:onboard"])
     with pytest.raises(BadInputError, match=r"'camera:onboard': world 'mine' has no camera 'onboard'; it has camera1"):

@@ -7,7 +7,16 @@ import pytest
 
 from han_bullet.errors import BadInputError
 from han_bullet.variation import vary
-from han_bullet.world_file import find_world, json_schema, load_world, parse_world, read_yaml, save_world, world_names
+from han_bullet.world_file import (
+    json_schema,
+    load_world,
+    parse_world,
+    read_yaml,
+    save_world,
+    world_document,
+    world_files,
+    world_names,
+)
 from han_bullet.world_schema import CeilingCamera
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -15,7 +24,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 
 @pytest.fixture
 def document() -> dict[str, Any]:
-    return copy.deepcopy(read_yaml(find_world("real2").read_text()))
+    return copy.deepcopy(world_document("real2"))
 
 
 def test_every_shipped_world_fits_the_schema_and_bears_its_files_name() -> None:
@@ -114,6 +123,67 @@ def test_a_file_that_is_no_yaml_is_refused(tmp_path: Path) -> None:
     path.write_text("name: [unclosed")
     with pytest.raises(BadInputError, match=r"broken.yaml: not readable as YAML"):
         load_world(path)
+
+
+def write(folder: Path, name: str, text: str) -> Path:
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_that_extends_another_has_its_keys_and_replaces_those_it_gives_as_a_whole(tmp_path: Path) -> None:
+    write(tmp_path, "rooms", "floor: [{x: [0, 9], y: [-2, 2]}]\nduration: 20.0\nlight: {ambient: 0.3, diffuse: 0.2}")
+    write(tmp_path, "crowded", "extends: rooms\npeople: [{name: a, start: [5, 0, 0]}, {name: b, start: [6, 0, 0]}]")
+    rest = "robot: {start: [1, 0, 0]}\ntask: {kind: go_to, pose: [8, 0, 0]}\nlight: {ambient: 0.5}"
+    text = f"extends: crowded\nname: mine\ndescription: mine\npeople: [{{name: c, start: [4, 0, 0]}}]\n{rest}"
+    path = write(tmp_path, "mine", text)
+    world = load_world(path)
+    assert (world.floor[0].x, world.duration) == ((0.0, 9.0), 20.0)
+    assert [person.name for person in world.people] == ["c"]
+    assert (world.light.ambient, world.light.diffuse) == (0.5, 0.4)  # the schema's default, not the base's 0.2
+    assert [file.stem for file in world_files(path)] == ["mine", "crowded", "rooms"]
+
+
+def test_a_file_of_ones_own_may_extend_a_shipped_one_and_prefers_the_one_beside_it(tmp_path: Path) -> None:
+    path = write(tmp_path, "longer", "extends: real2\nname: longer\nduration: 61.0")
+    assert load_world(path) == load_world("real2").model_copy(update={"name": "longer", "duration": 61.0})
+    write(tmp_path, "real2", "extends: sim1\ndescription: beside")
+    assert load_world(path).description == "beside"
+
+
+def test_the_building_is_no_world_and_is_not_listed_as_one() -> None:
+    assert "building" in {file.stem for file in world_files("real2")}
+    assert "building" not in world_names()
+    with pytest.raises(BadInputError, match=r"building.yaml: name: not given; a file without is no world"):
+        load_world("building")
+
+
+@pytest.mark.parametrize("name", ["../worlds/building", "/etc/passwd", "building.yaml", "", "a b", 3, "[building]"])
+def test_what_is_no_plain_name_cannot_be_extended(tmp_path: Path, name: object) -> None:
+    path = write(tmp_path, "mine", f"name: mine\nextends: {name}")
+    with pytest.raises(BadInputError, match=r"mine.yaml: extends: .* is no name of a world file") as caught:
+        load_world(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_base_that_is_not_there_is_told_with_where_it_was_looked_for(tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match=r"mine.yaml: extends: 'castle' is not there; .*castle.yaml nor .*castle"):
+        load_world(write(tmp_path, "mine", "name: mine\nextends: castle"))
+
+
+def test_files_that_extend_each_other_in_a_circle_are_refused(tmp_path: Path) -> None:
+    write(tmp_path, "b", "extends: c")
+    write(tmp_path, "c", "extends: b")
+    with pytest.raises(BadInputError, match=r"a.yaml: extends: a extends b extends c extends b, in a circle"):
+        load_world(write(tmp_path, "a", "extends: b"))
+    with pytest.raises(BadInputError, match=r"own.yaml: extends: own extends own, in a circle"):
+        load_world(write(tmp_path, "own", "extends: own"))
+
+
+def test_a_fault_in_what_a_file_extends_is_told_with_that_file(tmp_path: Path) -> None:
+    write(tmp_path, "broken", "name: [unclosed")
+    with pytest.raises(BadInputError, match=r"broken.yaml: not readable as YAML"):
+        load_world(write(tmp_path, "mine", "extends: broken"))
 
 
 def test_on_is_a_key_like_any_other() -> None:

@@ -27,6 +27,7 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run real2 --seed 3 --check\n"
         "  han-bullet run sim1 --perception truth --no-video --out /tmp/sim1\n"
         "  han-bullet run real2 --without overtake,personal_walking\n"
+        "  han-bullet run real2 --mirrored --check\n"
         "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
         "  han-bullet run real3 --mqtt localhost",
     )
@@ -48,6 +49,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
     add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
+    add_option("--mirrored", action="store_true", help="run the world's mirror image: left for right, --pass included")
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
     add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
@@ -81,6 +83,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         detector=DetectorChoice(options.detector, options.threshold, options.classifier),
         without=options.without,
         pass_side=options.pass_side,
+        mirrored=options.mirrored,
         workers=options.workers,
         video=options.video,
         gui=options.gui,

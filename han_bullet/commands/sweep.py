@@ -23,7 +23,8 @@ WORDS = """words of a variant, joined by +:
   threshold:SCORE             least score of the detector; threshold:none for none
   without:LAYER               leave out a costmap layer; several: without:a+without:b;
                               without:social: all but static, inflation and body
-  pass:SIDE                   overtake left or right"""
+  pass:SIDE                   overtake left or right
+  mirrored                    the world's mirror image, passing on the other side"""
 
 
 def add(commands: Commands[Parser]) -> None:

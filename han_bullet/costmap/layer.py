@@ -32,6 +32,12 @@ def check_positive(layer: str, **values: float) -> None:
             raise BadInputError(f"layer {layer}: {name} is {value!r}; it must be a positive number")
 
 
+def check_amplitude(layer: str, amplitude: float) -> None:
+    """Raise BadInputError unless a layer's amplitude, what it is multiplied with, lies in [0, 1]."""
+    if not 0.0 <= amplitude <= 1.0:
+        raise BadInputError(f"layer {layer}: amplitude is {amplitude!r}; it must lie in [0, 1]")
+
+
 def walking_direction(person: TrackedPerson) -> float:
     """Return where a walking person is going [rad]: the heading, or that of the velocity while it is not settled."""
     if person.heading is not None:

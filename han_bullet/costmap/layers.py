@@ -1,4 +1,4 @@
-"""The eight layers of the paper's costmap, in order."""
+"""The layers of the costmap, in order: the paper's eight, and one for people who come towards the robot."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from han_bullet.costmap.body import BodyLayer
 from han_bullet.costmap.inflation import InflationLayer
 from han_bullet.costmap.interaction import InteractionLayer
 from han_bullet.costmap.layer import Layer
+from han_bullet.costmap.oncoming import OncomingLayer
 from han_bullet.costmap.overtake import OvertakeLayer
 from han_bullet.costmap.personal_still import PersonalStillLayer
 from han_bullet.costmap.personal_walking import PersonalWalkingLayer
@@ -27,6 +28,7 @@ STANDARD: tuple[type[Layer], ...] = (
     VisibilityLayer,
     InteractionLayer,
     OvertakeLayer,
+    OncomingLayer,
 )
 
 
@@ -48,7 +50,7 @@ def standard_layers(
     without: Collection[str] = (),
     parameters: Mapping[str, Mapping[str, float]] | None = None,
 ) -> list[Layer]:
-    """Build the paper's layers.
+    """Build the standard layers.
 
     Args:
         boxes: Walls, furniture and devices.

@@ -36,9 +36,15 @@ def squared_distance(u: float, v: float, ahead: float, side: float, rear: float)
 
 
 def raise_asym_gauss(
-    costmap: Costmap, position_in_world: Array, direction: float, ahead: float, side: float, rear: float
+    costmap: Costmap,
+    position_in_world: Array,
+    direction: float,
+    ahead: float,
+    side: float,
+    rear: float,
+    amplitude: float = 1.0,
 ) -> None:
-    """Raise a map by an asymmetric Gaussian with its peak, 1, at a person.
+    """Raise a map by an asymmetric Gaussian with its peak at a person.
 
     A deviation below one cell cannot be sampled: the value of the one cell that it reaches would depend on where in
     the cell the person stands. Such a rear is a half plane, sampled at cell centres.
@@ -50,6 +56,7 @@ def raise_asym_gauss(
         ahead: Standard deviation along the direction [m].
         side: Across it [m].
         rear: Against it [m].
+        amplitude: The peak, in [0, 1].
     """
     x, y = float(position_in_world[0]), float(position_in_world[1])
     if rear < costmap.resolution:
@@ -61,7 +68,7 @@ def raise_asym_gauss(
     rows, columns = costmap.window(x_span, y_span)
     left = float(costmap.origin_in_world[0]) + columns.start * costmap.resolution - x
     bottom = float(costmap.origin_in_world[1]) + rows.start * costmap.resolution - y
-    _raise_gauss(costmap.cost[rows, columns], left, bottom, costmap.resolution, c, s, ahead, side, rear)
+    _raise_gauss(costmap.cost[rows, columns], left, bottom, costmap.resolution, c, s, ahead, side, rear, amplitude)
 
 
 def raise_disc(costmap: Costmap, centre_in_world: Array, radius: float, value: int) -> None:
@@ -84,19 +91,23 @@ def _raise_gauss(
     ahead: float,
     side: float,
     rear: float,
+    amplitude: float,
 ) -> None:
     """Raise a window whose lower left corner lies at (left, bottom) from the peak [m]; blocked cells stay.
 
     The exponential is most of the time, so only cells that it can raise are asked for theirs.
     """
     rows, columns = cost.shape
+    if amplitude <= 0.0:
+        return
+    nearer = 2.0 * math.log(amplitude)  # by so much less a lower peak reaches
     for i in range(rows):
         y = bottom + (i + 0.5) * resolution
         for j in range(columns):
             x = left + (j + 0.5) * resolution
             distance = squared_distance(c * x + s * y, c * y - s * x, ahead, side, rear)
-            if distance < ENOUGH[cost[i, j]]:
-                cost[i, j] = max(cost[i, j], np.uint8(SOCIAL_MAX * math.exp(-0.5 * distance) + 0.5))
+            if distance < ENOUGH[cost[i, j]] + nearer:
+                cost[i, j] = max(cost[i, j], np.uint8(SOCIAL_MAX * amplitude * math.exp(-0.5 * distance) + 0.5))
 
 
 @numba.njit(cache=True)

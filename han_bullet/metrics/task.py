@@ -44,7 +44,7 @@ class TaskTally(Tally):
             headline=True,
         ),
         "success": Definition(
-            "",
+            "1",
             "whether the outcome is arrived, within the task's tolerance of the believed pose, and the robot touched "
             "nothing: contacts_person, contacts_wall and contacts_object are 0; contacts_by_person may be any",
             "higher",

@@ -87,6 +87,9 @@ COMPARED: tuple[Figure, ...] = (
     Figure("distance when level [m]", "from the nearest walker overtaken", _of("distance_when_level", min), "more"),
     Figure("overtaken on the left", "share of overtaken walkers passed on their left", _left, "", is_share=True),
     Figure("time in personal space", "with a cost g above 0.5", _of("personal_space_share", max), is_share=True),
+    Figure(
+        "intrusion", "mean of Kirby's Gaussian of the deepest person at the robot", _of("personal_space_intrusion", max)
+    ),
     Figure("contacts with people", "number of separate contacts", _of("contacts_person", max)),
     Figure("behind the seated", "largest visibility cost g3 at the robot's centre", _of("behind_seated", max)),
     Figure("between viewer and TV, on [s]", "time in that disc while the device is on", _of("transit_time_on", max)),
@@ -96,6 +99,8 @@ COMPARED: tuple[Figure, ...] = (
     Figure("heading change [rad]", "sum of all turns", _of("cumulative_heading_change", max), ""),
     Figure("people tracked", "mean over people of tracked_share", _of("tracked_share", _mean), "more", is_share=True),
     Figure("error of tracks [m]", "root mean square distance from the true person", _of("person_position_rmse", max)),
+    Figure("MOTA", "of people shown by some camera's newest frame", _of("mota", min), "more"),
+    Figure("OSPA [m]", "mean over ticks, order 2, cut-off 1 m", _of("ospa", max)),
     Figure("id switches", "how often people changed their track's id", _of("id_switches", max)),
     Figure("phantom time [s]", "time of tracks without a person", _of("phantom_time_total", max)),
     Figure("false detections per frame", "far from everybody", _of("false_detections_per_frame", max)),

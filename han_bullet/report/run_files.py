@@ -14,8 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
-from han_bullet.provenance import sha256
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
 Value = float | int | str | bool | None
@@ -56,6 +55,7 @@ class ResultFile(_Entry):
     detector: dict[str, Any] | None
     layers: tuple[str, ...]
     pass_side: str = Field(alias="pass")
+    mirrored: bool
     versions: dict[str, str]
     git_commit: str
     outcome: str
@@ -117,7 +117,6 @@ class Run:
         trace: Of trace.csv.
         tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
         world: What the map shows; None where it is not known.
-        world_note: Why not, in one sentence; else empty.
     """
 
     folder: Path
@@ -125,7 +124,6 @@ class Run:
     trace: Trace
     tracks: Mapping[float, tuple[Array, Array]]
     world: World | None
-    world_note: str
 
 
 def is_run(folder: Path) -> bool:
@@ -140,8 +138,7 @@ def read_run(folder: Path) -> Run:
         BadInputError: A file is missing or is not what a run writes.
     """
     result = read_result(folder)
-    world, note = find_map(folder, result.world, result.world_sha256)
-    return Run(folder, result, read_trace(folder), _read_tracks(folder), world, note)
+    return Run(folder, result, read_trace(folder), _read_tracks(folder), find_map(folder))
 
 
 def read_result(folder: Path) -> ResultFile:
@@ -203,18 +200,9 @@ def _read_table(path: Path) -> tuple[list[str], Sequence[Sequence[str]]]:
     return header, [row for row in rows if len(row) == len(header)]
 
 
-def find_map(folder: Path, name: str, checksum: str) -> tuple[World | None, str]:
-    """Return the world of a run for its map, or None with the reason.
-
-    A copy in the run's folder comes first; a file of that name counts only if it is still the one that was run.
-    """
-    copy = folder / "world.yaml"
+def find_map(folder: Path) -> World | None:
+    """Return the world of a run, as it was for its seed, from the run's folder; None where no copy of it is left."""
     try:
-        if copy.is_file():
-            return load_world(copy), ""
-        file = find_world(name)
-        if sha256(file) != checksum:
-            return None, f"World {name} has changed since this run, so its map is not drawn."
-        return load_world(file), ""
+        return load_world(folder / "world.yaml")
     except BadInputError:
-        return None, f"The file of world {name} is not at hand, so its map is not drawn."
+        return None

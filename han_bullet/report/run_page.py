@@ -8,6 +8,7 @@ from pathlib import Path
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.costmap.layers import STANDARD
+from han_bullet.mirroring import OTHER_SIDE
 from han_bullet.report.film_still import middle_picture
 from han_bullet.report.markup import (
     Html,
@@ -118,7 +119,7 @@ def _in_words(expected: str) -> str:
 
 
 def _ways(run: Run) -> Html:
-    note = [paragraph(run.world_note, class_="note")] if run.world_note else []
+    note = [] if run.world else [paragraph("The run's folder has no world.yaml, so no map is drawn.", class_="note")]
     people = ", ".join(person.name for person in run.trace.people) or "nobody"
     alternative = f"Map with the ways of the robot, of {people}, and of the tracks"
     caption = (
@@ -215,5 +216,7 @@ def command_line(result: ResultFile) -> str:
         words += [] if threshold is None else ["--threshold", f"{threshold:g}"]
     missing = [layer.name for layer in STANDARD if layer.name not in result.layers]
     words += ["--without", ",".join(missing)] if missing else []
-    words += [] if result.pass_side == "left" else ["--pass", result.pass_side]
+    words += ["--mirrored"] if result.mirrored else []
+    asked = OTHER_SIDE[result.pass_side] if result.mirrored else result.pass_side
+    words += [] if asked == "left" else ["--pass", asked]
     return shlex.join(words)

@@ -17,7 +17,6 @@ from han_bullet.report.run_files import Trace, find_map, read_trace
 from han_bullet.report.sweep_charts import draw_all_ways, draw_minimum_distances, draw_small_map
 from han_bullet.report.sweep_files import Sweep, SweepRow, read_sweep
 from han_bullet.report.sweep_tables import SCALED, comparison, overview, sensitivity
-from han_bullet.world_schema import World
 
 MOST_SMALL_MAPS = 60  # of failures; each is some 15 kB of the page
 COMPARISON_NOTE = (
@@ -123,7 +122,7 @@ def _all_ways(sweep: Sweep) -> Html:
         for variant in sweep.variants:
             runs = list(_with_traces(sweep, sweep.of(world, variant)))
             if runs:
-                drawn = draw_all_ways(_map_of(sweep, runs[0][0]), runs)
+                drawn = draw_all_ways(find_map(sweep.folder / runs[0][0].folder), runs)
                 alternative = f"Ways of all seeds of {variant} in {world}"
                 figures.append(captioned(picture(drawn, alternative), f"{variant}: {len(runs)} runs"))
         parts += [element("h3", world), element("div", *figures, class_="pairs")]
@@ -147,14 +146,6 @@ def _trace_of(sweep: Sweep, row: SweepRow) -> Trace | None:
     return trace if len(trace.time) else None
 
 
-def _map_of(sweep: Sweep, row: SweepRow) -> World | None:
-    """Return the map of a row's world; of a mirrored one only from its own copy, since the shipped file is not it."""
-    folder = sweep.folder / row.folder
-    if "mirrored" in row.variant and not (folder / "world.yaml").is_file():
-        return None
-    return find_map(folder, row.world, row.world_sha256)[0]
-
-
 def _failures(sweep: Sweep) -> Html:
     failed = [row for row in sweep.rows if row.error or not row.passed]
     if not failed:
@@ -170,7 +161,8 @@ def _failure(sweep: Sweep, row: SweepRow, drawn: bool) -> list[str]:
     ways: str = ""
     if trace is not None:
         ways = picture(
-            draw_small_map(_map_of(sweep, row), trace), f"Ways of {row.world}, {row.variant}, seed {row.seed}"
+            draw_small_map(find_map(sweep.folder / row.folder), trace),
+            f"Ways of {row.world}, {row.variant}, seed {row.seed}",
         )
     link = element("a", row.folder, href=quote(row.folder) + "/")
     ended = f"error: {row.error}" if row.error else row.outcome

@@ -12,7 +12,7 @@ from han_bullet.checks import check_world
 from han_bullet.errors import BadInputError
 from han_bullet.runner import RunOptions
 from han_bullet.sweep.variants import parse_variant
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import find_world, load_world, world_files
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def plan_sweep(worlds: Sequence[str | Path], seeds: Sequence[int], variants: Seq
 def _read(name_or_path: str | Path) -> WorldFile:
     world, path = load_world(name_or_path), find_world(name_or_path)
     check_world(world, str(path))
-    files = tuple((file.name, file.read_bytes()) for file in [path])
+    files = tuple((file.name, file.read_bytes()) for file in world_files(name_or_path))
     return WorldFile(path.stem, files, tuple(camera.name for camera in world.cameras))
 
 

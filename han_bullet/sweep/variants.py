@@ -71,6 +71,7 @@ WORDS: dict[str, Word] = {
     "without": Word("without", _layers, "LAYER"),
     "threshold": Word("detector", _threshold, "SCORE"),
     "pass": Word("pass_side", _side, "SIDE"),
+    "mirrored": Word("mirrored", _always(True)),
 }
 OF_CAMERAS = ("association", "cameras", "detector")  # fields that mean nothing where nothing is seen
 
