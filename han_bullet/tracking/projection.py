@@ -43,8 +43,9 @@ OWN_BODY_MARGIN = 0.15
 PLAUSIBLE_HEIGHTS = (1.3, 2.2)
 # Height that must be in sight of the camera past the walls [m].
 CHEST = 1.2
-# A box that ends closer to the image's lower border than this is cut [px].
-BORDER = 2.0
+# A box that ends closer to the image's lower border than this, in box heights, may be cut: feet below the image leave
+# only boxes that are too high, 0.3 m too far at 5 % and 0.6 m at 400 px; above, the mean error is below 0.02 m.
+BORDER = 0.05
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ class GroundProjection:
         along = np.where(known, KNOWN_FOOT_NOISE, FOOT_NOISE_ALONG * boxes[:, 3])
         scaled = jacobians * np.column_stack([FOOT_NOISE_ACROSS * boxes[:, 3], along])[:, None, :]
         covariances = scaled @ scaled.transpose(0, 2, 1) + BODY_DEVIATION**2 * np.eye(2)
-        whole = boxes[:, 1] + boxes[:, 3] <= frame.intrinsics.height - BORDER
+        whole = known | (boxes[:, 1] + (1.0 + BORDER) * boxes[:, 3] <= frame.intrinsics.height)
         measurable = below_horizon & whole & (boxes[:, 3] >= SMALLEST_BOX)
         centres = _behind(frame, toes, np.where(known, OFFSET_OF_KNOWN_FEET, OFFSET_ALONG_RAY))
         return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable)
