@@ -56,7 +56,7 @@ def test_the_detectors_smallest_box_tells_no_distance(height: float, kept: int) 
     assert len(scan.positions) == kept
 
 
-@pytest.mark.parametrize(("distance", "along"), [(3.5, 0.15), (5.0, 0.20), (7.3, 0.28)])
+@pytest.mark.parametrize(("distance", "along"), [(3.7, 0.16), (5.0, 0.20), (7.3, 0.28)])
 def test_the_uncertainty_is_larger_along_the_ray_and_grows_with_the_distance(distance: float, along: float) -> None:
     covariance = scan_of([box_of(0.2 + distance, 0.0)]).covariances[0]
     assert math.sqrt(covariance[0, 0]) == pytest.approx(along, abs=0.02)
@@ -109,11 +109,15 @@ def test_the_covariance_is_that_of_boxes_scattered_in_the_image() -> None:
     assert claimed - BODY_DEVIATION**2 * np.eye(2) == pytest.approx(sample, abs=0.1 * sample.max())
 
 
-def test_a_box_cut_by_the_lower_border_is_no_measurement() -> None:
+@pytest.mark.parametrize(("room", "kept"), [(0.01, 0), (0.04, 0), (0.06, 1)])
+def test_a_box_at_the_lower_border_is_no_measurement_for_the_feet_may_be_below(room: float, kept: int) -> None:
     x, y, width, height = box_of(5.0, 0.0)
-    down = 479.0 - (y + height)
+    down = 480.0 - room * height - (y + height)
     assert down > 0.0
-    assert len(scan_of([[x, y + down, width, height]]).positions) == 0
+    lowered = [x, y + down, width, height]
+    assert len(scan_of([lowered]).positions) == kept
+    known = Detections(np.array([lowered]), np.ones(1), np.ones(1), feet=np.array([480.0 - (room + 0.01) * height]))
+    assert len(GroundProjection(robot_radius=0.3).project(FRAME, known, FAR_AWAY).positions) == 1
 
 
 def test_a_foot_point_above_the_horizon_is_no_measurement() -> None:
