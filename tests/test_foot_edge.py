@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from han_bullet.detection.foot_edge import ABOVE, BELOW, foot_rows
+from han_bullet.detection.foot_edge import ABOVE, FURTHER, foot_rows
 
 SOLES = 200  # row where the body ends [px]
 
@@ -35,7 +35,7 @@ def beside(right: float) -> np.ndarray:
     return box(SOLES + 2.0) + np.array([right, 0.0, 0.0, 0.0])
 
 
-@pytest.mark.parametrize("off", [-7.0, -4.0, 0.0, 3.0, 9.0, 12.0])
+@pytest.mark.parametrize("off", [-20.0, -8.0, -4.0, 0.0, 3.0, 9.0, 12.0])
 def test_the_row_does_not_depend_on_the_box(off: float) -> None:
     for seed in range(5):
         row = foot_rows(noisy(with_body(), seed), noisy(floor(), 100 + seed), box(SOLES + off))[0]
@@ -53,15 +53,25 @@ def test_the_lower_of_two_feet_counts() -> None:
     assert foot_rows(image, floor(), box(SOLES + 2.0))[0] == SOLES
 
 
+@pytest.mark.parametrize("share", [0.65, 0.8, 0.9])
+def test_under_a_box_around_the_upper_part_of_somebody_the_legs_are_followed(share: float) -> None:
+    height = share * 140.0
+    upper = np.array([[150.0 - 0.2 * height, SOLES - 140.0, 0.4 * height, height]])
+    for seed in range(5):
+        row = foot_rows(noisy(with_body(), seed), noisy(floor(), 100 + seed), upper)[0]
+        assert row == pytest.approx(SOLES, abs=1.0)
+
+
 def test_nobody_can_tell_where_the_edge_is_far_from_that_of_the_box() -> None:
-    for off in (-(BELOW + 0.03) * 142.0, (ABOVE + 0.03) * 142.0):
-        assert math.isnan(foot_rows(with_body(), floor(), box(SOLES + off))[0])
+    too_long, too_high = box(SOLES + (ABOVE + 0.03) * 142.0), box(SOLES - (FURTHER + 0.03) * 60.0, 60.0)
+    assert np.isnan(foot_rows(with_body(), floor(), np.vstack([too_long, too_high]))).all()
 
 
-def test_nobody_can_tell_where_something_stands_before_the_feet() -> None:
+@pytest.mark.parametrize(("width", "known"), [(20, True), (60, False)])
+def test_nobody_can_tell_where_something_wider_than_legs_is_before_the_feet(width: int, known: bool) -> None:
     image = with_body()
-    image[180:235, 130:170] = 240
-    assert math.isnan(foot_rows(image, floor(), box(SOLES + 2.0))[0])
+    image[180:225, 150 - width // 2 : 150 + width // 2] = 240
+    assert math.isnan(foot_rows(image, floor(), box(SOLES + 2.0))[0]) != known
 
 
 def test_nobody_can_tell_under_other_light_or_where_nothing_has_changed() -> None:

@@ -15,6 +15,9 @@ from han_bullet.geometry import Array
 # Where the soles are looked for, from a box's lower edge, in box heights: boxes end 1.4 % below the feet, and half a
 # step of the scales and half a cell of the window make 8 % to either side. With 5 % one small box in three is not told.
 ABOVE, BELOW = 0.095, 0.065
+# A box may hold but the upper part of somebody, whose legs then go on below it, this far at most, in box heights; what
+# is wider than legs there, in box widths, is the robot or somebody else.
+FURTHER, WIDEST = 0.6, 0.75
 # Pixels are compared as means over BLUR x BLUR, on which a noise of 6 grey levels leaves 2.8 in the difference of two.
 BLUR = 3  # [px]
 # A pixel has changed when one of its colours differs by more: 5 standard deviations of that difference.
@@ -39,14 +42,17 @@ def foot_rows(image: Image, empty: Image, boxes: Array) -> Array:
 
 def _foot_row(image: Image, empty: Image, box: Array) -> float:
     x, y, width, height = box
-    top, bottom = round(y + (1.0 - ABOVE) * height), round(y + (1.0 + BELOW) * height)
+    top, bottom, end = (round(y + share * height) for share in (1.0 - ABOVE, 1.0 + BELOW, 1.0 + FURTHER))
     left, right = max(round(x), 0), min(round(x + width), image.shape[1])
     if top < 0 or bottom > image.shape[0] or top >= bottom or left >= right:
         return float("nan")
-    strip = slice(top, bottom), slice(left, right)
+    strip = slice(top, end), slice(left, right)
     difference = cv2.absdiff(cv2.blur(image[strip], (BLUR, BLUR)), cv2.blur(empty[strip], (BLUR, BLUR)))
     changed = np.count_nonzero(difference.max(axis=2) > CHANGED_LEVEL, axis=1)
     shows = changed >= max(LEAST_WIDTH * height, LEAST_PIXELS)
     if not shows[0] or shows.all():
         return float("nan")
-    return float(top + np.argmin(shows) - BLUR // 2)  # a mean still shows what ended so many rows above
+    rows = int(np.argmin(shows))
+    if rows >= bottom - top and changed[:rows].max() > WIDEST * width:
+        return float("nan")
+    return float(top + rows - BLUR // 2)  # a mean still shows what ended so many rows above
