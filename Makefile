@@ -8,8 +8,10 @@ INSTALLED := .venv/.installed
 
 demo: $(INSTALLED)  ## run experiment real2 with five cameras -> runs/real2/
 	$(BIN)/han-bullet run real2 --out runs/real2
+	$(BIN)/han-bullet report runs/real2
 
 test: $(INSTALLED)  ## run all tests (arguments for pytest: make test ARGS="-k tracker")
+	@.ci/install_mosquitto
 	$(BIN)/python -m pytest $(ARGS)
 
 bench: $(INSTALLED)-bench  ## run all benchmarks, beside others' packages -> benchmarks/RESULTS.md

@@ -4,6 +4,9 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 
+MQTT = ["paho-mqtt>=2,<3"]
+SWEEP = ["distributed>=2024.8", "pyarrow>=16"]
+
 setup(
     name="han_bullet",
     version="0.1.0",
@@ -37,7 +40,19 @@ setup(
         "imageio-ffmpeg>=0.4.9",
     ],
     extras_require={
-        "dev": ["pytest>=8", "hypothesis>=6", "ruff>=0.5", "mypy>=1.10", "types-PyYAML", "scikit-image>=0.22"],
+        "dev": [
+            "pytest>=8",
+            "hypothesis>=6",
+            "ruff>=0.5",
+            "mypy>=1.10",
+            "types-PyYAML",
+            "scikit-image>=0.22",
+            "stonesoup>=1.9",
+            *SWEEP,
+            *MQTT,
+        ],
+        "sweep": SWEEP,
+        "mqtt": MQTT,
         "bench": ["pyastar2d>=1.1", "scikit-image>=0.22", "stonesoup>=1.9"],
     },
     entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},

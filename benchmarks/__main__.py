@@ -16,7 +16,9 @@ BENCHMARKS = (
     ("planner",),
     ("costmap",),
     ("tracker",),
+    ("joint_events",),
     ("ceiling_frames",),
+    ("sweep_speed",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )

@@ -1,6 +1,9 @@
 """Worlds over seeds: how often the expectations are met, and the figures behind them.
 
 Usage: python -m benchmarks.scenarios [--worlds real1,real2] [--seeds 10] [--perception cameras|truth] [--out DIR]
+
+One run at a time has the machine to itself, unlike in a sweep, where runs share it: the real-time factor is a figure
+here.
 """
 
 import argparse

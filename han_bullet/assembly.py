@@ -11,8 +11,10 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.detection.camera_detector import FrameDetector
+from han_bullet.device_channel import SIMULATED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
+from han_bullet.known_devices import KnownDevices
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
@@ -69,6 +71,7 @@ def build_stack(
     without: Collection[str] = (),
     pass_side: str = "left",
     layers: Sequence[Layer] = (),
+    devices: KnownDevices | None = None,
 ) -> NavigationStack:
     """Return the stack for a world.
 
@@ -79,6 +82,7 @@ def build_stack(
         without: Names of layers to leave out.
         pass_side: On which side of walking people the robot overtakes, "left" or "right".
         layers: Further layers, applied after the standard ones.
+        devices: Of `known_devices`, to look into them; None makes them.
 
     Raises:
         BadInputError: A layer or a layer's parameter that does not exist, or a layer without a name.
@@ -94,7 +98,7 @@ def build_stack(
         detector=detector,
         projection=build_projection(world),
         tracker=tracker,
-        situation=Situation(task=task, devices=_devices(world), seats=world.seats()),
+        situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),
         layers=[
             *standard_layers(
@@ -129,6 +133,7 @@ def task_of(world: World) -> Task:
     return HandOver(np.array(task.place), task.distance)
 
 
-def _devices(world: World) -> list[Device]:
-    """Return the devices, taken to be off until their first message."""
-    return [Device(device.name, np.array(device.position), on=False) for device in world.devices]
+def known_devices(world: World, session: str = SIMULATED) -> KnownDevices:
+    """Return the devices, taken to be off until their first message; the session is that of the simulated ones."""
+    devices = [Device(device.name, np.array(device.position), on=False) for device in world.devices]
+    return KnownDevices(devices, session=session)

@@ -11,31 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from han_bullet.costmap.grid import Costmap
-from han_bullet.costmap.layers import standard_layers
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-from han_bullet.messages import Scene
 from han_bullet.metrics import Metric, Metrics
 from han_bullet.planning.astar import AStar
+from han_bullet.static_map import static_costmap
 from han_bullet.world_schema import Expectation, GoToTask, Sit, Walk, World
 
 PERSON_RADIUS = 0.25  # [m]
-
-
-def static_costmap(world: World) -> Costmap:
-    """Return the map with walls, furniture and inflation only."""
-    costmap = Costmap.covering([(area.x, area.y) for area in world.floor], world.costmap.resolution)
-    for layer in standard_layers(
-        world.solid_boxes(),
-        robot_radius=world.robot.radius,
-        inflation_radius=world.costmap.inflation_radius,
-        cost_scaling_factor=world.costmap.cost_scaling_factor,
-        parameters=world.layers,
-    ):
-        if layer.name in {"static", "inflation"}:
-            layer.apply(costmap, Scene(0.0))
-    return costmap
 
 
 def check_world(world: World, source: str) -> None:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.assembly import field_of_view
-from han_bullet.checks import static_costmap
 from han_bullet.costmap.grid import INSCRIBED
-from han_bullet.geometry import Array, camera_on_robot
+from han_bullet.geometry import Array, Pose2D, camera_on_robot
 from han_bullet.messages import Frame
+from han_bullet.static_map import static_costmap
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 COVERAGE_RESOLUTION = 0.25  # [m]
@@ -41,7 +41,8 @@ def coverages(world: World) -> list[Coverage]:
     points = _floor_points(world)
     free = points[costmap.cost_at(points) < INSCRIBED]
     view = field_of_view(world)
-    return [_coverage(camera.name, free, view.sees(_empty_frame(camera, world), free)) for camera in world.cameras]
+    start = world.robot.start_pose_in_world
+    return [_coverage(camera.name, free, view.sees(empty_frame(camera, start), free)) for camera in world.cameras]
 
 
 def _coverage(name: str, points: Array, seen: NDArray[np.bool_]) -> Coverage:
@@ -62,11 +63,11 @@ def _floor_points(world: World) -> Array:
     return np.concatenate(pieces)
 
 
-def _empty_frame(camera: CeilingCamera | OnboardCamera, world: World) -> Frame:
-    """Return a frame without an image, for what its camera can see."""
+def empty_frame(camera: CeilingCamera | OnboardCamera, pose_robot_in_world: Pose2D, time: float = 0.0) -> Frame:
+    """Return a frame without an image, for what its camera can see from some pose of the robot."""
     if isinstance(camera, CeilingCamera):
         pose = camera.camera_in_world
     else:
-        pose = camera_on_robot(world.robot.start_pose_in_world, camera.forward, camera.height, camera.pitch_down)
+        pose = camera_on_robot(pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
     fixed = isinstance(camera, CeilingCamera)
-    return Frame(camera.name, 0.0, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, pose, fixed)
+    return Frame(camera.name, time, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, pose, fixed)

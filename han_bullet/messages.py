@@ -41,13 +41,15 @@ class DeviceMessage:
 
     Attributes:
         device: Name.
-        time: When it was sent [s].
+        time: When it was sent, by the sender's clock [s].
         on: Whether it is switched on.
+        session: Names the sender, anew whenever its clock begins anew; may be empty.
     """
 
     device: str
     time: float
     on: bool
+    session: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,14 +61,14 @@ class Observation:
         pose_robot_in_world: From the localization port.
         twist_robot_in_body: The simulator's, until odometry is modelled.
         frames: Images that became available at this tick, in the order of the cameras; often none.
-        device_messages: Messages that arrived since the last tick.
+        device_messages: Payloads that arrived since the last tick, as they came (`device_payload`).
     """
 
     time: float
     pose_robot_in_world: Pose2D
     twist_robot_in_body: Twist2D
     frames: tuple[Frame, ...] = ()
-    device_messages: tuple[DeviceMessage, ...] = ()
+    device_messages: tuple[bytes, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, tracks.csv and detections.csv.
+"""What a run leaves behind as tables: trace.csv, tracks.csv, detections.csv and messages.csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -6,16 +6,20 @@ equal runs give equal files.
 
 from __future__ import annotations
 
+import contextlib
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
+from han_bullet.device_payload import read_payload
 from han_bullet.episode import Hook, Tick
+from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
+MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
 
@@ -112,3 +116,23 @@ class DetectionsRecorder(TableRecorder):
             columns = (found.boxes.tolist(), found.scores.tolist(), found.probabilities.tolist())
             for box, score, probability in zip(*columns, strict=True):
                 yield found.time, found.camera, *box, score, probability
+
+
+class MessagesRecorder(TableRecorder):
+    """Write what devices told the robot: one row per well-formed message, at the tick at which it arrived.
+
+    Args:
+        path: The file.
+        devices: Names of the world's devices.
+    """
+
+    def __init__(self, path: Path, devices: Collection[str]) -> None:
+        super().__init__(path, MESSAGES_HEADER)
+        self._devices = devices
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per message, in the order of their arrival."""
+        for payload in tick.observation.device_messages:
+            with contextlib.suppress(BadInputError):
+                message = read_payload(payload, self._devices)
+                yield tick.truth.time, message.device, message.time, int(message.on), message.session

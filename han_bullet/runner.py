@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: result.json, trace.csv, tracks.csv, detections.csv, video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, four tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from han_bullet.ablation import NoDetector, TruthTracker
-from han_bullet.assembly import build_stack, build_tracker
+from han_bullet.assembly import build_stack, build_tracker, known_devices
 from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.checks import Check, check_expectations, check_world
@@ -19,18 +19,20 @@ from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
+from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
+from han_bullet.known_devices import KnownDevices
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
 from han_bullet.provenance import git_commit, sha256, versions
-from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
+from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
-from han_bullet.world_file import find_world, load_world
+from han_bullet.world_file import find_world, load_world, save_world
 from han_bullet.world_schema import Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
@@ -51,6 +53,7 @@ class RunOptions:
         workers: Camera processes at most; 1 renders and detects in this process.
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
+        mqtt: Address of the broker through which devices speak, HOST[:PORT]; None keeps them in this process.
     """
 
     seed: int = 0
@@ -63,6 +66,7 @@ class RunOptions:
     workers: int = 2
     video: bool = True
     gui: bool = False
+    mqtt: str | None = None
 
     def __post_init__(self) -> None:
         """Check what no other part checks."""
@@ -121,10 +125,12 @@ def run_world(
     check_world(concrete, source)
     result = _describe(concrete, options, find_world(name_or_path))
     with contextlib.ExitStack() as closing:
+        channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, gui=options.gui)
+        simulator = Simulator(concrete, renderer=frames, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
-        stack = _build(concrete, options, simulator, people_finder, layers)
+        devices = known_devices(concrete, channel.session)
+        stack = _build(concrete, options, simulator, people_finder, layers, devices)
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
@@ -137,6 +143,9 @@ def run_world(
     result |= {
         "localization": simulator.localization_name,
         "detector": detector_description,
+        "devices": channel.name,
+        "device_session": channel.session,
+        "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
@@ -174,6 +183,9 @@ def _describe(world: World, options: RunOptions, source: Path) -> dict[str, Any]
         "cameras": [camera.name for camera in world.cameras] if with_cameras else [],
         "association": options.association if with_cameras else None,
         "detector": None,
+        "devices": None,
+        "device_session": None,
+        "device_messages": {},
         "layers": [],
         "pass": options.pass_side,
         "versions": versions(),
@@ -185,6 +197,15 @@ def _worker_count(world: World, options: RunOptions, detector: Detector | None) 
     """Return the number of camera processes that are of use; 0 renders and detects in this process."""
     count = min(options.workers, len(world.cameras))
     return 0 if options.perception == "truth" or detector is not None or count <= 1 else count
+
+
+def _open_channel(options: RunOptions, closing: contextlib.ExitStack) -> DeviceChannel:
+    """Return the network of the devices."""
+    if options.mqtt is None:
+        return EmbeddedChannel()
+    from han_bullet.mqtt_channel import MqttChannel
+
+    return closing.enter_context(MqttChannel(options.mqtt))
 
 
 def _open_cameras(
@@ -216,7 +237,12 @@ def _open_cameras(
 
 
 def _build(
-    world: World, options: RunOptions, simulator: Simulator, detector: FrameDetector, layers: Sequence[Layer]
+    world: World,
+    options: RunOptions,
+    simulator: Simulator,
+    detector: FrameDetector,
+    layers: Sequence[Layer],
+    devices: KnownDevices,
 ) -> NavigationStack:
     tracker: PeopleTracker
     if options.perception == "truth":
@@ -225,19 +251,27 @@ def _build(
     else:
         tracker = build_tracker(world, options.association)
     return build_stack(
-        world, detector=detector, tracker=tracker, without=options.without, pass_side=options.pass_side, layers=layers
+        world,
+        detector=detector,
+        tracker=tracker,
+        without=options.without,
+        pass_side=options.pass_side,
+        layers=layers,
+        devices=devices,
     )
 
 
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
-    """Make the folder, take away what an earlier run left, and open the files."""
+    """Make the folder, take away what an earlier run left, write the concrete world, and open the files."""
     folder.mkdir(parents=True, exist_ok=True)
     for stale in ("result.json", "video.mp4"):
         (folder / stale).unlink(missing_ok=True)
+    save_world(world, folder / "world.yaml", f"{world.name} as seed {options.seed} makes it, with the cameras in use")
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
+        MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:
         from han_bullet.video import VideoRecorder  # with matplotlib for its letters

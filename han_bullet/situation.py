@@ -9,7 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
-from han_bullet.messages import Device, GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
+from han_bullet.known_devices import KnownDevices
+from han_bullet.messages import GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
@@ -23,15 +24,14 @@ class Situation:
 
     Args:
         task: What to do.
-        devices: Known devices with their assumed first states.
+        devices: Networked devices and what is known of them; None where there are none.
         seats: Sitting areas of the map.
     """
 
-    def __init__(self, *, task: Task, devices: Sequence[Device] = (), seats: Sequence[Seat] = ()) -> None:
+    def __init__(self, *, task: Task, devices: KnownDevices | None = None, seats: Sequence[Seat] = ()) -> None:
         self.changed = False
         self._task = task
-        self._devices = {device.name: device for device in devices}
-        self._message_times = {device.name: -math.inf for device in devices}
+        self._devices = devices or KnownDevices()
         self._seats = tuple(seats)
         self._postures: dict[int, str] = {}
         self._scene = Scene(0.0, task=task)
@@ -43,14 +43,14 @@ class Situation:
         Afterwards `changed` says whether a device or somebody's posture has changed: that calls for a new plan.
         """
         self._pose_robot_in_world = observation.pose_robot_in_world
-        device_changed = self._take_messages(observation)
+        device_changed = self._devices.update(observation.device_messages, observation.time)
         postures = {person.id: person.posture.value for person in people}
         known = self._postures.keys() & postures.keys()
         self.changed = device_changed or any(self._postures[key] != postures[key] for key in known)
         self._postures = postures
         if isinstance(self._task, HandOver):
             self._task = _with_person(self._task, people, observation.pose_robot_in_world)
-        self._scene = Scene(observation.time, tuple(people), tuple(self._devices.values()), self._seats, self._task)
+        self._scene = Scene(observation.time, tuple(people), self._devices.states, self._seats, self._task)
         return self._scene
 
     def goal(self) -> Pose2D:
@@ -63,18 +63,6 @@ class Situation:
     def goal_is_final(self) -> bool:
         """Tell whether reaching the goal completes the task, rather than giving a view of who is missing."""
         return isinstance(self._task, GoTo) or self._task.person is not None
-
-    def _take_messages(self, observation: Observation) -> bool:
-        """Store newer states of known devices; tell whether one differs."""
-        changed = False
-        for message in observation.device_messages:
-            if message.time < self._message_times.get(message.device, math.inf):
-                continue  # unknown device, or a late message that a newer one has overtaken
-            self._message_times[message.device] = message.time
-            device = self._devices[message.device]
-            changed |= device.on != message.on
-            self._devices[message.device] = dataclasses.replace(device, on=message.on)
-        return changed
 
 
 def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> HandOver:

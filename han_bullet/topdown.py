@@ -73,7 +73,7 @@ class TopDownView:
         self._size = size
         self._lettering = lettering
         self._boxes = {box.name: box for box in world.solid_boxes()}
-        low, high = _extent(world)
+        low, high = extent(world)
         self.scale = float(np.min(np.array(size) / (high - low)))  # [px/m]
         self._centre = 0.5 * (low + high)
         self._colours = cost_colours()
@@ -120,11 +120,11 @@ class TopDownView:
     def _draw_building(self, picture: Picture, devices_on: dict[str, bool]) -> None:
         for name, box in self._boxes.items():
             if box.kind == "wall":
-                drawing.polygon(picture, self.pixels(_footprint(box)), WALL)
+                drawing.polygon(picture, self.pixels(footprint(box)), WALL)
             elif name in devices_on:
-                drawing.polygon(picture, self.pixels(_footprint(box)), SCREEN_ON if devices_on[name] else INK, rim=INK)
+                drawing.polygon(picture, self.pixels(footprint(box)), SCREEN_ON if devices_on[name] else INK, rim=INK)
             else:
-                drawing.polygon(picture, self.pixels(_footprint(box)), FURNITURE, rim=FURNITURE_RIM)
+                drawing.polygon(picture, self.pixels(footprint(box)), FURNITURE, rim=FURNITURE_RIM)
         for camera in self._world.cameras:
             if isinstance(camera, CeilingCamera):
                 self._draw_camera(picture, camera)
@@ -194,7 +194,7 @@ class TopDownView:
     def _write_names(self, picture: Picture, tick: Tick) -> None:
         """Write names last, above people and below tracks, so that nothing lies over them."""
         for name, on in tick.truth.devices_on:
-            corner = _footprint(self._boxes[name]).min(axis=0)
+            corner = footprint(self._boxes[name]).min(axis=0)
             self._label(picture, f"{name} {'on' if on else 'off'}", corner, (-8.0, -12.0), INK, anchor="right")
         below = BODY_RADIUS * self.scale + 16.0
         for person in tick.truth.people:
@@ -223,14 +223,14 @@ def _track_label(track: TrackedPerson) -> str:
     return f"#{track.id} {track.posture.value}{speed}"
 
 
-def _footprint(box: SolidBox) -> Array:
+def footprint(box: SolidBox) -> Array:
     """Return the corners of a box on the floor, shape (4, 2) [m]."""
     corners = 0.5 * box.size[:2] * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     return Pose2D(box.centre_in_world[0], box.centre_in_world[1], box.yaw).to_world(corners)
 
 
-def _extent(world: World) -> tuple[Array, Array]:
+def extent(world: World) -> tuple[Array, Array]:
     """Return the lower left and upper right corners of the building with a margin, each shape (2,) [m]."""
     floors = [corner for area in world.floor for corner in np.transpose([area.x, area.y])]
-    corners = np.array([*floors, *(corner for box in world.solid_boxes() for corner in _footprint(box))])
+    corners = np.array([*floors, *(corner for box in world.solid_boxes() for corner in footprint(box))])
     return corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN

@@ -10,6 +10,7 @@ import yaml
 from pydantic import ValidationError
 
 from han_bullet import assets
+from han_bullet.atomic_file import write_at_once
 from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
@@ -52,6 +53,12 @@ def load_world(name_or_path: str | Path) -> World:
     if not isinstance(document, dict):
         raise BadInputError(f"{path}: holds {type(document).__name__}, not a mapping of world fields to values")
     return parse_world(document, source=str(path))
+
+
+def save_world(world: World, path: Path, remark: str) -> None:
+    """Write a world as a file that `load_world` reads, with a remark, one line, on top."""
+    text = yaml.safe_dump(world.model_dump(mode="json"), sort_keys=False, default_flow_style=None, width=120)
+    write_at_once(path, f"# {remark}\n{text}".encode())
 
 
 def parse_world(document: dict[str, Any], source: str = "world") -> World:

@@ -1,9 +1,11 @@
 """What all tests share: the folder of photographs, and CI's promise that nothing was skipped."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from mosquitto import PROGRAM, Broker, running
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -25,3 +27,13 @@ def data_folder() -> Path:
     if not folder:
         pytest.skip("the environment variable HAN_DATA names no folder of photographs")
     return Path(folder)
+
+
+@pytest.fixture
+def broker(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Broker]:
+    """A running MQTT broker of this test's own."""
+    if PROGRAM is None:
+        missing = "there is no mosquitto on this machine; .ci/install_mosquitto gets it"
+        (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
+    with running(tmp_path) as broker:
+        yield broker

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "han_bullet"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 STAGES = {"sim", "detection", "tracking", "costmap", "planning", "control"}
-VALUES = {"geometry", "messages", "errors", "assets", "atomic_file"}
+VALUES = {"geometry", "messages", "errors", "assets", "atomic_file", "device_payload", "device_channel"}
 WORLD = {"world_schema", "world_file"}
-ONLY_IN = {"pybullet": "sim", "torch": "detection", "rospy": None}
+ONLY_IN = {"pybullet": "sim", "torch": "detection", "rospy": None, "paho": "mqtt_channel"}
 
 
 def imports(path: Path) -> set[str]:
@@ -55,6 +55,8 @@ def test_a_module_imports_only_what_its_room_may(path: Path) -> None:
         assert used <= allowed
     elif here == "stack":
         assert used <= VALUES | STAGES - {"sim"} | WORLD | {"situation"}
+    elif here == "known_devices":
+        assert used <= VALUES
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
@@ -72,7 +74,7 @@ def test_planning_and_control_read_only_the_grid_of_the_costmap(path: Path) -> N
 
 @pytest.mark.parametrize(
     "path",
-    [p for p in MODULES if room(p) in (STAGES - {"sim"}) | {"stack", "situation"}],
+    [p for p in MODULES if room(p) in (STAGES - {"sim"}) | {"stack", "situation", "known_devices"}],
     ids=lambda p: str(p.relative_to(PACKAGE)),
 )
 def test_the_stack_never_sees_the_truth(path: Path) -> None:
@@ -125,7 +127,7 @@ HEAVY = ("torch", "pybullet", "numba", "scipy", "matplotlib", "cv2", "numpy", "p
     [
         ("import han_bullet.cli", HEAVY),
         ("import han_bullet.fork_server", HEAVY),
-        ("import han_bullet.runner", ("torch", "matplotlib", "imageio_ffmpeg")),
+        ("import han_bullet.runner", ("torch", "paho", "matplotlib", "imageio_ffmpeg")),
         ("from han_bullet.camera_workers import DetectorChoice; DetectorChoice().load()", ("matplotlib", "sympy")),
     ],
 )

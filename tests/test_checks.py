@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
-from han_bullet.checks import check_expectations, check_world, static_costmap
+from han_bullet.checks import check_expectations, check_world
 from han_bullet.coverage import coverages
 from han_bullet.errors import BadInputError
 from han_bullet.metrics import Metric
+from han_bullet.static_map import static_costmap
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import Expectation, World
 

@@ -47,7 +47,7 @@ def test_the_schema_can_be_printed_for_editors(capsys: pytest.CaptureFixture[str
     assert json.loads(capsys.readouterr().out) == json_schema()
 
 
-@pytest.mark.parametrize("command", ["worlds", "run", "detect", "evaluate", "train"])
+@pytest.mark.parametrize("command", ["worlds", "run", "sweep", "report", "explain", "detect", "evaluate", "train"])
 def test_every_command_has_help_with_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
@@ -180,3 +180,19 @@ def test_detect_refuses_what_is_no_picture(capsys: pytest.CaptureFixture[str], t
     text.write_text("hello")
     assert "notes.png is not a picture" in complaint(capsys, "detect", str(text), "--out", str(tmp_path / "out"))
     assert "does not exist" in complaint(capsys, "detect", str(tmp_path / "missing.jpg"))
+
+
+def test_a_run_prints_its_headlines_by_subject_and_what_the_world_expects(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path, out = short_world(tmp_path, expectations=[{"metric": "mean_jerk", "at_most": 99.0}]), tmp_path / "run"
+    assert main(["run", str(path), "--perception", "truth", "--no-video", "--out", str(out)]) == 0
+    rows = [line.split("│")[1].strip() for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    subjects = [row for row in rows if row in ("task", "motion", "people", "perception")]
+    assert subjects == ["task", "motion", "people", "perception"]
+    assert {"outcome", "spl", "mean_jerk", "minimum_distance.walker", "mota"} <= set(rows)
+    # No part of a figure that stands there for all, nothing without a value, no detail.
+    assert not {"personal_space_intrusion.walker", "time_to_goal", "detection_recall", "max_jerk"} & set(rows)
+    written = {metric["name"] for metric in json.loads((out / "result.json").read_text())["metrics"]}
+    assert set(rows) - set(subjects) < written and "max_jerk" in written
+    assert len(rows) < 35

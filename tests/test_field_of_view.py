@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Frame
-from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.tracking.field_of_view import BODY_MIDDLE, FieldOfView
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 EMPTY = np.zeros((480, 640, 3), np.uint8)
@@ -42,12 +44,24 @@ def test_nobody_is_seen_behind_the_camera_or_beside_the_image() -> None:
     assert OPEN.sees(CEILING, at((-5.0, 0.0), (4.0, 3.0), (6.0, 0.0))).tolist() == [False, False, True]
 
 
+def test_nobody_is_seen_whose_head_is_behind_a_low_camera_that_looks_down() -> None:
+    """What is behind a camera has a place in the formula's image too."""
+    assert OPEN.sees(camera([0.0, 0.0, 1.2], [0.2, 0.0, 0.0]), at((-0.25, -0.1))).tolist() == [False]
+
+
 def test_walls_hide_people_and_a_low_couch_does_not() -> None:
     wall = SolidBox("wall0", "wall", np.array([5.0, 0.5, 1.4]), np.array([0.1, 1.0, 2.8]), 0.0)
     couch = SolidBox("couch", "object", np.array([5.0, -0.5, 0.4]), np.array([0.8, 1.0, 0.8]), 0.0)
     view = FieldOfView([wall, couch])
     assert OPEN.sees(CEILING, at((7.0, 0.5), (7.0, -0.5))).tolist() == [True, True]
     assert view.sees(CEILING, at((7.0, 0.5), (7.0, -0.5), (4.5, 0.3))).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize(("height", "seen"), [(0.9, True), (1.1, False)])
+def test_furniture_hides_whoever_shows_less_than_their_upper_half(height: float, seen: bool) -> None:
+    """The line of sight to a person's middle passes the far edge of what stands before them at 1.0 m."""
+    shelf = SolidBox("shelf", "object", np.array([6.4, 0.0, 0.5 * height]), np.array([0.4, 1.0, height]), 0.0)
+    assert FieldOfView([shelf]).sees(CEILING, at((7.0, 0.0))).tolist() == [seen]
 
 
 def test_a_camera_let_into_a_wall_is_not_blind() -> None:
@@ -76,9 +90,10 @@ def test_a_robot_without_a_radius_is_refused(radius: float) -> None:
         FieldOfView(robot_radius=radius)
 
 
-def test_the_camera_on_the_robot_is_not_hidden_by_the_robot() -> None:
-    onboard = camera([1.0, 0.0, 1.2], [5.0, 0.0, 1.0], fixed=False)
-    assert OPEN.sees(onboard, at((5.0, 0.0)), robot=Pose2D(0.75, 0.0, 0.0)).tolist() == [True]
+@pytest.mark.parametrize(("ahead", "height"), [(0.25, 1.2), (-0.15, 1.0)])
+def test_the_camera_on_the_robot_is_not_hidden_by_the_robot(ahead: float, height: float) -> None:
+    onboard = camera([1.0 + ahead, 0.0, height], [5.0 + ahead, 0.0, height - 0.2], fixed=False)
+    assert OPEN.sees(onboard, at((5.0, 0.0)), robot=Pose2D(1.0, 0.0, 0.0)).tolist() == [True]
 
 
 def test_people_hide_others_behind_them_and_nobody_hides_themselves() -> None:
@@ -88,3 +103,21 @@ def test_people_hide_others_behind_them_and_nobody_hides_themselves() -> None:
 
 def test_no_places_give_no_answers() -> None:
     assert OPEN.sees(CEILING, np.zeros((0, 2))).shape == (0,)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_what_boxes_hide_is_what_each_box_blocks(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes = [
+        SolidBox("box", "object", rng.uniform((0, -3, 0), (10, 3, 2)), rng.uniform(0.05, 2.0, 3), rng.uniform(-4, 4))
+        for _ in range(6)
+    ]
+    places = np.column_stack([rng.uniform(4.0, 8.0, 40), rng.uniform(-1.5, 1.5, 40)])
+    eye, middles = CEILING.camera_in_world[:3, 3], np.column_stack([places, np.full(40, BODY_MIDDLE)])
+    expected = FieldOfView().sees(CEILING, places)
+    assert expected.any()
+    for box in boxes:
+        if not box.contains(eye[:2]):
+            expected &= ~box.blocks(eye, middles)
+    assert FieldOfView(boxes).sees(CEILING, places).tolist() == expected.tolist()

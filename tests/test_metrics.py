@@ -9,9 +9,9 @@ from ticks import CAMERA, found, frame, make_world, person, scan, tick, track
 
 from han_bullet.episode import Tick
 from han_bullet.messages import Contact, Status
-from han_bullet.metrics import DEFINITIONS, Metrics
-from han_bullet.perception_tally import match
-from han_bullet.tallies import Value, personal_space
+from han_bullet.metrics import DEFINITIONS, Metrics, Value
+from han_bullet.metrics.intrusion import personal_space
+from han_bullet.metrics.perceived import match
 from han_bullet.world_file import load_world
 
 
@@ -76,15 +76,18 @@ def test_a_robot_that_never_moves_has_not_stalled():
 def test_a_touch_of_the_same_body_counts_again_only_after_half_a_second():
     touches = {0, 1, 2, 11, 21, 40}  # gaps of 0.45 s (the same contact), 0.50 s and 0.95 s (new ones)
     contact = Contact("walker", "person", -0.001)
-    values = measure((tick(i, contacts=[contact] if i in touches else []) for i in range(50)), "walker")
+    scene = {"twist": (0.1, 0.0, 0.0), "people": [person(x=0.55)]}  # the robot drives towards the walker
+    values = measure((tick(i, contacts=[contact] if i in touches else [], **scene) for i in range(50)), "walker")
     assert values["contacts_person"] == 3
+    assert values["contacts_by_person"] == 0
     assert (values["contacts_wall"], values["contacts_object"]) == (0, 0)
 
 
 def test_contacts_are_counted_by_kind_and_body():
     both = [Contact("anna", "person", -0.01), Contact("bob", "person", 0.0)]
     others = [Contact("wall3", "wall", -0.01), Contact("couch", "object", -0.01)]
-    values = measure([tick(0, contacts=both), tick(1, contacts=[*both, *others])], "anna", "bob")
+    scene = {"twist": (0.3, 0.0, 0.0), "people": [person("anna", 0.5, 0.1), person("bob", 0.5, -0.1)]}
+    values = measure([tick(0, contacts=both, **scene), tick(1, contacts=[*both, *others], **scene)], "anna", "bob")
     assert (values["contacts_person"], values["contacts_wall"], values["contacts_object"]) == (2, 1, 1)
 
 

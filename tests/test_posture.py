@@ -52,6 +52,17 @@ def test_a_slow_or_an_uncertain_speed_is_no_walk(speed: float, deviation: float)
     assert {s.posture for s in Walk().go((speed, 0.0), 5.0, deviation)} == {Posture.STANDING}
 
 
+def test_a_quarter_of_a_metre_per_second_is_a_walk() -> None:
+    assert Walk().go((0.25, 0.0), 3.0)[-1].posture is Posture.WALKING
+
+
+def test_who_is_slow_does_not_set_off_though_the_track_has_shifted() -> None:
+    """The shift of the last second, 0.2 m and more, may be that of a speed that nobody could be sure of."""
+    walk = Walk()
+    assert {s.posture for s in walk.go((0.4, 0.0), 1.0, deviation=0.14)} == {Posture.STANDING}
+    assert {s.posture for s in walk.go((0.15, 0.0), 0.5, deviation=0.01)} == {Posture.STANDING}
+
+
 def test_a_body_that_sways_without_getting_anywhere_stands() -> None:
     walk = Walk()
     postures = {s.posture for k in range(10) for s in walk.go((0.35 * (-1) ** k, 0.0), 0.4)}

@@ -1,11 +1,14 @@
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from ticks import found, frame, make_world, person, tick, track
 
+from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.recorder import DetectionsRecorder, TraceRecorder, TracksRecorder
+from han_bullet.messages import DeviceMessage
+from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 
 IMAGE = frame(time=0.05)
 TICKS = (
@@ -54,6 +57,17 @@ def test_detections_have_a_row_per_box_with_the_time_of_exposure(tmp_path: Path)
     assert (tmp_path / "detections.csv").read_text().splitlines() == [
         "time,camera,x,y,width,height,score,probability",
         "0.050000,ceiling,10.500000,20.000000,41.000000,100.000000,62.500000,0.875000",
+    ]
+
+
+def test_well_formed_messages_have_a_row_each_with_the_tick_of_their_arrival(tmp_path: Path):
+    observation = replace(
+        TICKS[1].observation, device_messages=(b"{}", write_payload(DeviceMessage("tv", 0.02, True, "ha")))
+    )
+    write(MessagesRecorder(tmp_path / "messages.csv", ["tv"]), (TICKS[0], replace(TICKS[1], observation=observation)))
+    assert (tmp_path / "messages.csv").read_text().splitlines() == [
+        "time,device,sent,on,session",
+        "0.050000,tv,0.020000,1,ha",
     ]
 
 

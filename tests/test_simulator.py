@@ -7,6 +7,7 @@ import pybullet
 import pytest
 
 import han_bullet.sim
+from han_bullet.device_payload import read_payload
 from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
 from han_bullet.messages import Observation, Posture, Truth
 from han_bullet.sim.localization import Localization
@@ -259,15 +260,17 @@ def test_someone_turns_to_the_robot_only_while_it_requests_a_hand_over() -> None
         assert simulator.truth.people[0].pose_in_world.yaw == 0.0
 
 
-def test_the_television_tells_its_state_at_the_start_and_when_it_goes_on() -> None:
+def test_the_television_tells_its_state_at_the_start_when_it_goes_on_and_every_second() -> None:
     (tv,) = load_world("real2").devices
     world = real2(devices=(tv.model_copy(update={"turns_on": Trigger(when="robot_moves", delay=0.5)}),))
     with Simulator(world, renderer=None) as simulator:
-        observations = [simulator.reset(), *(simulator.step(FORWARD) for _ in range(20))]
-        messages = [message for observation in observations for message in observation.device_messages]
-        assert [(message.device, message.on) for message in messages] == [("tv", False), ("tv", True)]
+        observations = [simulator.reset(), *(simulator.step(FORWARD) for _ in range(60))]
+        payloads = [payload for observation in observations for payload in observation.device_messages]
+        messages = [read_payload(payload, ["tv"]) for payload in payloads]
+        assert [message.on for message in messages] == [False, True, True, True]
         assert messages[0].time == 0.0
         assert 0.55 <= messages[1].time <= 0.65
+        assert [message.time - messages[1].time for message in messages[2:]] == pytest.approx([1.0, 2.0])
         assert simulator.truth.devices_on == (("tv", True),)
         assert simulator.render_state.devices_on == (("tv", True),)
 

@@ -3,7 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from han_bullet.device_payload import write_payload
 from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.known_devices import KnownDevices
 from han_bullet.messages import Device, DeviceMessage, GoTo, HandOver, Observation, Posture, TrackedPerson
 from han_bullet.situation import Situation
 
@@ -11,7 +13,7 @@ TV = Device("tv", np.array([0.0, 3.0]), on=False)
 
 
 def observation(time: float, *messages: DeviceMessage, pose: Pose2D = Pose2D(0.0, 0.0, 0.0)) -> Observation:
-    return Observation(time, pose, Twist2D(), (), messages)
+    return Observation(time, pose, Twist2D(), (), tuple(map(write_payload, messages)))
 
 
 def person(x: float, y: float, posture: Posture = Posture.STANDING, number: int = 0) -> TrackedPerson:
@@ -19,7 +21,7 @@ def person(x: float, y: float, posture: Posture = Posture.STANDING, number: int 
 
 
 def test_a_device_that_says_it_is_on_is_on_in_the_scene_and_asks_for_a_new_plan() -> None:
-    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=KnownDevices([TV]))
     assert not situation.update(observation(0.0, DeviceMessage("tv", 0.0, False)), []).devices[0].on
     assert not situation.changed
     assert situation.update(observation(1.0, DeviceMessage("tv", 1.0, True)), []).devices[0].on
@@ -29,13 +31,13 @@ def test_a_device_that_says_it_is_on_is_on_in_the_scene_and_asks_for_a_new_plan(
 
 
 def test_a_late_message_does_not_undo_a_newer_one() -> None:
-    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=KnownDevices([TV]))
     situation.update(observation(2.0, DeviceMessage("tv", 2.0, True)), [])
     assert situation.update(observation(2.1, DeviceMessage("tv", 1.5, False)), []).devices[0].on
 
 
 def test_a_message_of_an_unknown_device_changes_nothing() -> None:
-    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=[TV])
+    situation = Situation(task=GoTo(Pose2D(1.0, 0.0, 0.0)), devices=KnownDevices([TV]))
     scene = situation.update(observation(1.0, DeviceMessage("radio", 1.0, True)), [])
     assert [device.name for device in scene.devices] == ["tv"] and not situation.changed
 
@@ -54,6 +56,25 @@ def test_a_hand_over_takes_the_nearest_person_to_the_place_and_keeps_their_id() 
     assert scene.task is not None and isinstance(scene.task, HandOver) and scene.task.person == 4
     scene = situation.update(observation(0.1), [person(5.0, 0.0, number=3), person(6.0, 0.0, number=4)])
     assert isinstance(scene.task, HandOver) and scene.task.person == 4
+
+
+@pytest.mark.parametrize(("distance", "meant"), [(1.45, 3), (1.55, None)])
+def test_only_somebody_within_one_and_a_half_metres_of_the_place_is_meant(distance: float, meant: int | None) -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    scene = situation.update(observation(0.0), [person(5.0, distance, number=3)])
+    assert isinstance(scene.task, HandOver) and scene.task.person == meant
+
+
+def test_the_heading_follows_the_robot_up_to_two_metres_and_no_nearer() -> None:
+    """Whatever way the person faced before: from the request on they turn to the robot."""
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    taker = TrackedPerson(0, 0.0, np.array([5.0, 0.0]), np.zeros(2), np.eye(4) * 0.01, Posture.STANDING, 0.0)
+    headings = []
+    for k, (x, y) in enumerate([(5.0, 5.0), (5.0 - 2.1, 0.0), (5.0, -1.9), (5.0, 1.9), (5.0 + 2.1, 0.0)]):
+        task = situation.update(observation(0.1 * k, pose=Pose2D(x, y, 0.0)), [taker]).task
+        assert isinstance(task, HandOver) and task.heading is not None
+        headings.append(abs(math.degrees(task.heading)))
+    assert headings == pytest.approx([90.0, 180.0, 180.0, 180.0, 0.0])
 
 
 def test_the_robot_stops_before_the_person_it_hands_over_to_and_faces_them() -> None:

@@ -8,7 +8,9 @@ from ticks import person, tick
 
 from han_bullet.geometry import Pose2D
 from han_bullet.messages import Device, Path, Scene, Seat, Status
-from han_bullet.social_tallies import HandOverTally, PassingTally, SeatedTally, TransitTally, behind_seated
+from han_bullet.metrics.hand_over import HandOverTally
+from han_bullet.metrics.passing import PassingTally
+from han_bullet.metrics.seated import SeatedTally, TransitTally, behind_seated
 from han_bullet.world_schema import HandOverTask
 
 COUCH = Seat("couch", np.array([0.0, 0.0]), 0.0, 0.8, 1.9, "tv")

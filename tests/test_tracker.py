@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from han_bullet.geometry import Array, Intrinsics, look_at, rotation
+from han_bullet.geometry import Array, Intrinsics, Pose2D, look_at, rotation
 from han_bullet.messages import Frame, Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import GlobalNearestNeighbour, NearestNeighbour
 from han_bullet.tracking.field_of_view import FieldOfView
@@ -321,3 +321,62 @@ def test_the_life_of_a_track_can_be_told_afterwards() -> None:
     assert record.ended_time is not None and record.ended_time > 2.5
     assert 15 <= record.hits["east"] <= 25
     assert record.misses["east"] >= 25
+
+
+def test_a_record_tells_the_recent_hits_their_boxes_and_who_missed_since() -> None:
+    tracker = MultiCameraTracker(field_of_view=VIEW)
+    here, other = np.array([7.5, 0.0]), np.array([7.5, 1.2])
+    for k in range(40):  # the person is the second box of each image
+        tracker.update([at(EASTWARD, 0.1 * k, [other, here] if k % 2 else [other])], 0.1 * k)
+    for k in range(40, 43):
+        tracker.update([at(EASTWARD, 0.1 * k, []), at(WESTWARD, 0.1 * k, [])], 0.1 * k)
+    (record,) = [r for r in tracker.records if r.id == 1]
+    assert {(hit.camera, hit.detection) for hit in record.recent_hits} == {("east", 1)}
+    assert record.last_hit == record.recent_hits[-1].time == pytest.approx(3.9)
+    assert record.recent_hits[0].time == pytest.approx(2.0, abs=0.11)
+    assert record.hit_at == pytest.approx((7.5, 0.0), abs=0.02)
+    assert record.missed_by == ("east", "west")
+
+
+def test_somebody_hidden_behind_the_robot_is_no_miss() -> None:
+    place = [np.array([5.7, 0.0])]
+    for robot, misses in ((Pose2D(5.0, 0.0, 0.0), 0), (Pose2D(5.0, 1.2, 0.0), 5)):
+        tracker = MultiCameraTracker(field_of_view=VIEW)
+        for k in range(25):
+            seen = at(EASTWARD, 0.1 * k, place if k < 20 else [])
+            tracker.update([replace(seen, pose_robot_in_world=robot)], 0.1 * k)
+        assert tracker.records[-1].misses.get("east", 0) == misses
+
+
+def test_a_track_on_trial_hides_nobody() -> None:
+    """A false measurement before a person must not explain why that person is not found."""
+    tracker = MultiCameraTracker(field_of_view=VIEW)
+    for k in range(25):
+        places = [np.array([5.8, 0.0])] if k < 20 else [np.array([5.0, 0.0])] if k == 20 else []
+        tracker.update([at(EASTWARD, 0.1 * k, places)], 0.1 * k)
+    person, trial = (r for r in tracker.records if r.ended_time is None)
+    assert (person.id, trial.id) == (0, None)
+    assert person.misses == {"east": 5}
+
+
+def test_confirmed_people_choose_before_tracks_on_trial() -> None:
+    tracker = MultiCameraTracker(field_of_view=VIEW)
+    for k in range(10):
+        tracker.update([at(EASTWARD, 0.1 * k, [np.array([7.0, 0.0])])], 0.1 * k)
+    tracker.update([at(EASTWARD, 1.0, [np.array([7.0, 0.0]), np.array([7.5, 0.0])])], 1.0)
+    assert [r.id for r in tracker.records] == [0, None]
+    # Nearer to the trial's place, and inside the gates of both.
+    tracker.update([at(EASTWARD, 1.1, [np.array([7.3, 0.0])])], 1.1)
+    assert [sum(r.hits.values()) for r in tracker.records if r.ended_time is None] == [12, 1]
+
+
+def test_of_somebody_who_is_not_seen_nothing_new_is_known() -> None:
+    """Seen for half a second, a walker is not known as one; a prediction that goes on adds way, but no evidence."""
+    tracker = MultiCameraTracker(field_of_view=VIEW)
+    for k in range(6):
+        exact = at(EASTWARD, 0.1 * k, [np.array([5.0 + 0.035 * k, 0.0])], [1e-6 * np.eye(2)])
+        people = tracker.update([exact], 0.1 * k)
+    assert people[0].posture is Posture.STANDING and people[0].speed == pytest.approx(0.35, abs=0.05)
+    for k in range(6, 11):
+        people = tracker.update([at(BEYOND, 0.1 * k, [])], 0.1 * k)
+        assert people[0].posture is Posture.STANDING

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from han_bullet.errors import BadInputError
-from han_bullet.world_file import find_world, json_schema, load_world, parse_world, read_yaml, world_names
+from han_bullet.variation import vary
+from han_bullet.world_file import find_world, json_schema, load_world, parse_world, read_yaml, save_world, world_names
 from han_bullet.world_schema import CeilingCamera
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -36,6 +37,14 @@ def test_worlds_are_of_one_building_so_a_ceiling_camera_hangs_alike_in_all_but_o
 def test_a_world_survives_being_written_and_read() -> None:
     world = load_world("real2")
     assert parse_world(json.loads(world.model_dump_json())) == world
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_the_world_that_a_seed_makes_survives_its_file(name: str, tmp_path: Path) -> None:
+    concrete = vary(load_world(name), 3)
+    save_world(concrete, tmp_path / "world.yaml", "a remark")
+    assert (tmp_path / "world.yaml").read_text().startswith("# a remark\nname: ")
+    assert load_world(tmp_path / "world.yaml") == concrete
 
 
 def fault(document: dict[str, Any]) -> str:

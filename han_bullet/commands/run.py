@@ -13,6 +13,7 @@ from rich.table import Table
 from han_bullet.commands.parsing import Commands, Parser, command, names, natural, positive
 
 if TYPE_CHECKING:
+    from han_bullet.metrics import Metric
     from han_bullet.runner import RunResult
 
 
@@ -26,7 +27,8 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run real2 --seed 3 --check\n"
         "  han-bullet run sim1 --perception truth --no-video --out /tmp/sim1\n"
         "  han-bullet run real2 --without overtake,personal_walking\n"
-        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right",
+        "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
+        "  han-bullet run real3 --mqtt localhost",
     )
     add_option = parser.add_argument
     add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
@@ -49,6 +51,9 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
     add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
+    add_option(
+        "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
+    )
     add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/NAME of the world file)")
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
     parser.set_defaults(handler=_run)
@@ -79,6 +84,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         workers=options.workers,
         video=options.video,
         gui=options.gui,
+        mqtt=options.mqtt,
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)
@@ -96,11 +102,32 @@ def _run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _print_metrics(result: RunResult, console: Console) -> None:
+    """Print what a person wants to see, by subject; result.json has the rest."""
     table = Table(show_header=True, title_justify="left")
     table.add_column("metric")
     table.add_column("value", justify="right")
     table.add_column("unit")
-    for metric in result.metrics:
-        value = f"{metric.value:.3f}" if isinstance(metric.value, float) else str(metric.value)
-        table.add_row(metric.name, "–" if metric.value is None else value, "" if metric.unit == "1" else metric.unit)
+    rows = _shown(result)
+    for group in dict.fromkeys(group for group, _ in rows):
+        table.add_row(f"[bold]{group}[/]", "", "")
+        for metric in (metric for of_group, metric in rows if of_group == group):
+            value = f"{metric.value:.3f}" if isinstance(metric.value, float) else str(metric.value)
+            unit = "" if metric.unit == "1" else metric.unit
+            table.add_row(f"  {metric.name}", "–" if metric.value is None else value, unit)
+        table.add_section()
     console.print(table)
+
+
+def _shown(result: RunResult) -> list[tuple[str, Metric]]:
+    """Return group and metric of the headlines that came to something, and of all that the world expects."""
+    from han_bullet.metrics import DEFINITIONS, GROUPS
+
+    expected, names = {check.metric for check in result.checks}, {metric.name for metric in result.metrics}
+    rows: list[tuple[str, Metric]] = []
+    for metric in result.metrics:
+        name, dot, _ = metric.name.partition(".")
+        detail = dot and name in names  # one person's part of a figure that stands there for all
+        happened = metric.value is not None and metric.value != "none"
+        if metric.name in expected or (DEFINITIONS[name].headline and happened and not detail):
+            rows.append((GROUPS[name], metric))
+    return sorted(rows, key=lambda row: list(dict.fromkeys(GROUPS.values())).index(row[0]))

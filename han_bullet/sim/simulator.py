@@ -6,6 +6,7 @@ from types import TracebackType
 
 import pybullet
 
+from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
 from han_bullet.messages import Frame, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
@@ -39,6 +40,7 @@ class Simulator:
         *,
         renderer: FrameSource | None,
         gui: bool = False,
+        channel: DeviceChannel | None = None,
     ) -> None:
         """Load the world; call reset before the first step.
 
@@ -46,6 +48,7 @@ class Simulator:
             world: A concrete world; nothing in here varies it.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
             gui: Whether to open a window on the scene.
+            channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
 
         Raises:
             BadInputError: A URDF or a texture does not exist.
@@ -53,6 +56,7 @@ class Simulator:
         self.world = world
         self._frame_source = renderer
         self._localization = TrueLocalization()
+        self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
         self._load()
@@ -166,10 +170,11 @@ class Simulator:
         if self._viewer is not None:
             self._viewer.show(self.render_state)
         time = self.truth_time
-        messages = tuple(message for device in self._devices for message in device.messages(time))
+        for device in self._devices:
+            device.tell(time, self._channel)
         # Asked once per tick: localization that errs at random must not place robot and onboard camera apart.
         pose = self._localization.pose(time, self._truth.pose_robot_in_world)
-        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), messages)
+        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), self._channel.receive())
 
     def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
         """Take the pictures that are due; the onboard camera is where the believed pose has it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -79,9 +80,14 @@ class Association(ABC):
         """Return the weight of "this track has no measurement", 1 - Pd Pg."""
         return 1.0 - self.detection_probability * GATE_PROBABILITY
 
-    def weights(self, gating: Gating) -> Array:
-        """Return the weight of each pair against clutter, Pd N(z) / density, 0 outside the gates, shape (n, m)."""
-        return np.where(gating.inside, self.detection_probability * gating.density / self.clutter_density, 0.0)
+    def log_weights(self, gating: Gating) -> Array:
+        """Return the logarithm of each pair's weight against clutter, Pd N(z) / density, shape (n, m).
+
+        Outside the gates, and where the density is 0, it is -inf. Weights themselves may be too large for a float.
+        """
+        density = np.log(gating.density, out=np.full(gating.density.shape, -np.inf), where=gating.density > 0.0)
+        weighted = density + math.log(self.detection_probability) - math.log(self.clutter_density)
+        return np.where(gating.inside, weighted, -np.inf)
 
     @abstractmethod
     def assign(self, gating: Gating) -> Pairs:
@@ -104,7 +110,9 @@ class GlobalNearestNeighbour(Association):
         n, m = gating.inside.shape
         # One private "no measurement" column per track; a pair outside the gate costs more than any number of misses.
         costs = np.full((n, m + n), 1e9)
-        costs[:, :m][gating.inside] = -np.log(np.maximum(self.weights(gating)[gating.inside], 1e-300))
+        log_weights = self.log_weights(gating)
+        possible = log_weights > -np.inf
+        costs[:, :m][possible] = -log_weights[possible]
         costs[np.arange(n), m + np.arange(n)] = -np.log(self.miss_weight)
         rows, columns = linear_sum_assignment(costs)
         return tuple((int(i), int(j)) for i, j in zip(rows, columns, strict=True) if j < m)

@@ -39,6 +39,21 @@ LONGEST_FRAME_GAP = 0.25
 
 
 @dataclass(frozen=True)
+class Hit:
+    """A measurement that a track took.
+
+    Attributes:
+        time: Of the exposure [s].
+        camera: Name.
+        detection: Row among the frame's detections.
+    """
+
+    time: float
+    camera: str
+    detection: int
+
+
+@dataclass(frozen=True)
 class TrackRecord:
     """The life of a track, as plain data.
 
@@ -49,6 +64,10 @@ class TrackRecord:
         born_at: Position of the first hit in the world, (x, y) [m].
         confirmed_time: [s], None if never.
         hits, misses: Camera -> number of scans.
+        recent_hits: Those of the `MEMORY` before the last one, that one included; also of tracks that it absorbed.
+        last_hit: [s].
+        missed_by: Cameras with a miss since then.
+        hit_at: Where the person was believed to be at that hit, in the world, (x, y) [m].
         ended_time: [s], None while it lives.
         reason: Why it ended, None while it lives.
     """
@@ -60,6 +79,10 @@ class TrackRecord:
     confirmed_time: float | None
     hits: dict[str, int]
     misses: dict[str, int]
+    recent_hits: tuple[Hit, ...]
+    last_hit: float
+    missed_by: tuple[str, ...]
+    hit_at: tuple[float, float]
     ended_time: float | None = None
     reason: str | None = None
 
@@ -85,8 +108,8 @@ class Track:
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
-        self._images: list[tuple[float, str]] = []
-        self._note_hit(scan)
+        self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
+        self._note_hit(scan, measurement)
 
     @property
     def confirmed(self) -> bool:
@@ -101,13 +124,16 @@ class Track:
     def hit(self, scan: Scan, measurement: int) -> None:
         """Correct by a measurement of a scan at the track's time."""
         self.state = self.motion.correct(self.state, scan.positions[measurement], scan.covariances[measurement])
-        self._note_hit(scan)
+        self._note_hit(scan, measurement)
 
-    def _note_hit(self, scan: Scan) -> None:
+    def _note_hit(self, scan: Scan, measurement: int) -> None:
         self.last_hit = self._in_view_until = scan.time
+        self._hit_at = self.state.position
+        self._missed_by: tuple[str, ...] = ()
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
-        self._images = [*(image for image in self._images if image[0] >= scan.time - MEMORY), (scan.time, scan.camera)]
+        self._images = {image: row for image, row in self._images.items() if image[0] >= scan.time - MEMORY}
+        self._images[scan.time, scan.camera] = int(scan.sources[measurement])
         recent = [time for time, _ in self._images if time >= scan.time - CONFIRM_WITHIN - 1e-9]
         if not self.confirmed and len(recent) >= HITS_TO_CONFIRM:
             self.confirmed_time = scan.time
@@ -116,6 +142,8 @@ class Track:
         """Take note that a scan should have shown the person and did not."""
         self.missed_for += min(max(scan.time - self._in_view_until, 0.0), LONGEST_FRAME_GAP)
         self._in_view_until = max(self._in_view_until, scan.time)
+        if scan.camera not in self._missed_by:
+            self._missed_by += (scan.camera,)
         self.misses[scan.camera] = self.misses.get(scan.camera, 0) + 1
 
     def reason_to_end(self, time: float) -> str | None:
@@ -171,14 +199,15 @@ class Track:
 
     def _shares_image_with(self, other: Track) -> bool:
         """Tell whether one image of the last seconds showed two people, this one and the other."""
-        return not set(self._images).isdisjoint(other._images)
+        return not self._images.keys().isdisjoint(other._images)
 
     def absorb(self, other: Track) -> None:
         """Take over what another track of the same person knows better."""
         if np.trace(other.state.position_covariance) < np.trace(self.state.position_covariance):
             self.state = other.state
-        self._images = sorted({*self._images, *other._images})
-        self.last_hit = max(self.last_hit, other.last_hit)
+        self._images = dict(sorted({**other._images, **self._images}.items()))
+        if other.last_hit > self.last_hit:
+            self.last_hit, self._hit_at = other.last_hit, other._hit_at
         self._in_view_until = max(self._in_view_until, other._in_view_until)
         self.missed_for = min(self.missed_for, other.missed_for)
 
@@ -196,6 +225,7 @@ class Track:
     def record(self, ended_time: float | None = None, reason: str | None = None) -> TrackRecord:
         """Return the track's life so far."""
         born_at = (float(self.born_at[0]), float(self.born_at[1]))
+        x, y = self._hit_at.tolist()
         return TrackRecord(
             self.id,
             self.born_time,
@@ -204,6 +234,10 @@ class Track:
             self.confirmed_time,
             dict(self.hits),
             dict(self.misses),
+            tuple(Hit(*image, row) for image, row in self._images.items()),
+            self.last_hit,
+            self._missed_by,
+            (x, y),
             ended_time,
             reason,
         )

@@ -1,21 +1,19 @@
-"""The numbers of a run on what the paper's social rules ask for: sides, seats, televisions, hand-overs; truth only."""
+"""What people who sit and watch put up with: the robot behind them, and before their television."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-
-import numpy as np
+from typing import ClassVar
 
 from han_bullet.episode import Tick
-from han_bullet.geometry import Array, wrap_angle
-from han_bullet.messages import Posture, Seat, Status, TruePerson
-from han_bullet.tallies import STILL_SPEED, Tally, Value
-from han_bullet.world_schema import CONTROL_PERIOD, HandOverTask
+from han_bullet.geometry import Array
+from han_bullet.messages import Posture, Seat, TruePerson
+from han_bullet.metrics.tally import Definition, Definitions, Tally, Value
+from han_bullet.world_schema import CONTROL_PERIOD
 
 BEHIND_DEVIATION = 1.2  # [m] behind a seated person's back [Mateus2019]
 BESIDE_DEVIATION = 0.8  # [m] to either side of them [Mateus2019]
-EARLY = 1.2  # [m] between centres: from here on a hand-over's approach must come from the front
 
 
 def behind_seated(person: TruePerson, point_in_world: Array) -> float:
@@ -29,40 +27,24 @@ def behind_seated(person: TruePerson, point_in_world: Array) -> float:
     return math.exp(-0.5 * (forward / BEHIND_DEVIATION) ** 2 - 0.5 * (sideways / BESIDE_DEVIATION) ** 2)
 
 
-class PassingTally(Tally):
-    """On which side of its way the robot had each person when they were nearest.
-
-    Args:
-        people: Names.
-    """
-
-    def __init__(self, people: Sequence[str]) -> None:
-        self._nearest = dict.fromkeys(people, math.inf)
-        self._sides: dict[str, Value] = dict.fromkeys(people)
-
-    def record(self, tick: Tick) -> None:
-        """Take note of one tick in which the robot moves."""
-        pose, twist = tick.truth.pose_robot_in_world, tick.truth.twist_robot_in_body
-        if twist.speed < STILL_SPEED:
-            return
-        ahead = twist.linear_in_world(pose.yaw)
-        for person in tick.truth.people:
-            x, y = person.pose_in_world.position - pose.position
-            if math.hypot(x, y) < self._nearest[person.name]:
-                self._nearest[person.name] = math.hypot(x, y)
-                self._sides[person.name] = "left" if ahead[0] * y - ahead[1] * x > 0.0 else "right"
-
-    def values(self) -> dict[str, Value]:
-        """Return a side per person; None where the robot never moved."""
-        return {f"passing_side.{name}": side for name, side in self._sides.items()}
-
-
 class SeatedTally(Tally):
     """How much the robot was behind seated people.
 
     Args:
         people: Names of all people.
     """
+
+    group = "people"
+    definitions: ClassVar[Definitions] = {
+        "behind_seated": Definition(
+            "1",
+            "largest g3 at the robot's centre, of the true person while seated: exp(-u^2 / (2 "
+            f"{BEHIND_DEVIATION:g}^2) - v^2 / (2 {BESIDE_DEVIATION:g}^2)), u backward and v sideways from their centre "
+            "[m], 0 before them [Mateus2019]",
+            "lower",
+            headline=True,
+        )
+    }
 
     def __init__(self, people: Sequence[str]) -> None:
         self._most = dict.fromkeys(people, 0.0)
@@ -87,6 +69,28 @@ class TransitTally(Tally):
         devices: Place of each, shape (2,) [m].
         on_seats: Name of the seat of each person who sits.
     """
+
+    group = "people"
+    definitions: ClassVar[Definitions] = {
+        "transit_time_on": Definition(
+            "s",
+            "time of the robot's centre in the disc whose diameter joins the centres of somebody seated and of the "
+            "device that their seat watches, while that is truly on",
+            "lower",
+            "navmet: relation_disturbance, of the segment",
+            headline=True,
+        ),
+        "transit_time_off": Definition(
+            "s", "time of the robot's centre in the same disc while the device is truly off"
+        ),
+        "replan_delay": Definition(
+            "s",
+            "from the first tick in which the device is truly on to the first whose way was searched anew knowing "
+            "that; none where either never came",
+            "lower",
+            headline=True,
+        ),
+    }
 
     def __init__(self, seats: Sequence[Seat], devices: Mapping[str, Array], on_seats: Mapping[str, str]) -> None:
         self._seats = {seat.name: seat for seat in seats}
@@ -131,39 +135,3 @@ class TransitTally(Tally):
 
 def _near(point: Array, centre: Array, radius: float) -> bool:
     return math.dist(point, centre) <= radius
-
-
-class HandOverTally(Tally):
-    """How a hand-over ended, and how it was approached; the person is who stood nearest to its place at first.
-
-    Args:
-        task: Of the world.
-    """
-
-    _NAMES = ("hand_over_distance", "hand_over_bearing", "hand_over_facing", "hand_over_early_bearing")
-
-    def __init__(self, task: HandOverTask) -> None:
-        self._place = np.array(task.place)
-        self._name: str | None = None
-        self._values: dict[str, Value] = dict.fromkeys(self._NAMES)
-
-    def record(self, tick: Tick) -> None:
-        """Take note of one tick."""
-        people = {person.name: person for person in tick.truth.people}
-        if self._name is None and people:
-            self._name = min(people, key=lambda name: people[name].pose_in_world.distance_to(self._place))
-        if self._name is None:
-            return
-        person, robot = people[self._name].pose_in_world, tick.truth.pose_robot_in_world
-        x, y = robot.position - person.position
-        bearing = abs(wrap_angle(math.atan2(y, x) - person.yaw))
-        if self._values["hand_over_early_bearing"] is None and math.hypot(x, y) <= EARLY:
-            self._values["hand_over_early_bearing"] = bearing
-        if tick.decision.status is Status.ARRIVED:
-            self._values["hand_over_distance"] = math.hypot(x, y)
-            self._values["hand_over_bearing"] = bearing
-            self._values["hand_over_facing"] = abs(wrap_angle(math.atan2(-y, -x) - robot.yaw))
-
-    def values(self) -> dict[str, Value]:
-        """Return distance and angles; None where it did not come to that."""
-        return dict(self._values)

@@ -1,0 +1,50 @@
+"""What became of each box of the cameras' last frames."""
+
+from __future__ import annotations
+
+from han_bullet.explain.explanation import DetectionExplained, Place
+from han_bullet.explain.replay import Look, Replay
+from han_bullet.explain.track_lives import lives, on_trial
+from han_bullet.geometry import Array
+from han_bullet.tracking.refusals import RefusalReasons
+from han_bullet.tracking.track import TrackRecord
+
+
+def explain_boxes(replay: Replay) -> tuple[DetectionExplained, ...]:
+    """Return the boxes of every camera's last frame, in the order of the cameras."""
+    projection, records = RefusalReasons(replay.stack.projection), lives(replay)
+    return tuple(box for look in replay.looks.values() for box in _of_frame(look, projection, records))
+
+
+def _of_frame(look: Look, projection: RefusalReasons, records: tuple[TrackRecord, ...]) -> list[DetectionExplained]:
+    feet = projection.foot_points(look.scan.frame, look.found.boxes).positions
+    places = {int(row): _place(look.scan.positions[k]) for k, row in enumerate(look.scan.sources)}
+    explained = []
+    for row, refusal in enumerate(projection.of(look.found, look.scan)):
+        x, y, width, height = look.found.boxes[row].tolist()
+        explained.append(
+            DetectionExplained(
+                look.scan.camera,
+                look.scan.time,
+                (x, y, width, height),
+                float(look.found.scores[row]),
+                _place(feet[row]),
+                places.get(row),
+                refusal or _taken_by(records, look, row),
+            )
+        )
+    return explained
+
+
+def _place(point: Array) -> Place:
+    return float(point[0]), float(point[1])
+
+
+def _taken_by(records: tuple[TrackRecord, ...], look: Look, row: int) -> str:
+    """Tell which track a measurement fed; of one that has been absorbed since, the older one."""
+    image = (look.scan.time, look.scan.camera, row)
+    takers = [r for r in records if image in [(hit.time, hit.camera, hit.detection) for hit in r.recent_hits]]
+    if not takers:
+        return "taken by no track"
+    taker = min(takers, key=lambda record: (record.ended_time is not None, record.id is None))
+    return on_trial(taker) if taker.id is None else f"track {taker.id}"

@@ -1,0 +1,162 @@
+"""How the robot's task ended, and what it took."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from han_bullet.episode import Tick
+from han_bullet.geometry import Array
+from han_bullet.messages import Status
+from han_bullet.metrics.contacts import ContactTally
+from han_bullet.metrics.tally import STILL_SPEED, Definition, Definitions, Tally, Value
+from han_bullet.planning.geodesic import Geodesic
+from han_bullet.static_map import static_costmap
+from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
+
+WINDOW = 5.0  # [s] [Francis2023]
+LEAST_PROGRESS = 0.1  # [m] in a window [Francis2023]
+
+_GOAL = "the task's goal, of a hand-over the place where its person is expected"
+_GEODESIC = (
+    "the shortest way at any angle of the robot's disc through the static map (walls and furniture, no people; exact "
+    "to the map's cells, where the octile length of an 8-connected search is up to 8.2 % longer)"
+)
+
+
+class TaskTally(Tally):
+    """How the task ended, and what it took.
+
+    Args:
+        world: For the static map and the goal.
+        contacts: Of the same run.
+    """
+
+    group = "task"
+    definitions: ClassVar[Definitions] = {
+        "outcome": Definition(
+            "",
+            "how the task ended: arrived, blocked (the way or the goal not free for too long), timeout (neither in "
+            "time)",
+            elsewhere="SocNavBench: termination_cause",
+            headline=True,
+        ),
+        "success": Definition(
+            "",
+            "whether the outcome is arrived, within the task's tolerance of the believed pose, and the robot touched "
+            "nothing: contacts_person, contacts_wall and contacts_object are 0; contacts_by_person may be any",
+            "higher",
+            "Francis2023: S, whoever hit; SEAN: Completed, within 1.2 m and whatever was hit",
+            headline=True,
+        ),
+        "time_to_goal": Definition(
+            "s",
+            "from the first tick to the first that has arrived; none where the robot did not arrive",
+            "lower",
+            "HuNav: time_to_reach_goal; Francis2023: T; SocNavBench: total_sim_time",
+            headline=True,
+        ),
+        "path_length": Definition(
+            "m",
+            "sum of the true distances between the robot's centres of consecutive ticks, yaw not counted",
+            "lower",
+            "HuNav: path_length; Francis2023: PL; SEAN: total path length, at 1 Hz",
+            headline=True,
+        ),
+        "shortest_path_length": Definition(
+            "m",
+            f"length of {_GEODESIC} from where the robot starts to {_GOAL} less the distance of the stop; none where "
+            "the static map has no way, as for spl and failure_to_progress",
+            elsewhere="Anderson2018: l; SocNavGym: the length of an ORCA run",
+        ),
+        "spl": Definition(
+            "1",
+            "success weighted by path length: success * L* / max(L, L*), L path_length and L* shortest_path_length; 0 "
+            "without success, 1 at best; in an episode that has no length, L = L* = 0, success itself [Anderson2018]",
+            "higher",
+            "Francis2023: SPL; SEAN: path efficiency, its inverse",
+            headline=True,
+        ),
+        "stalled_time": Definition(
+            "s",
+            f"time with a true translational speed below {STILL_SPEED:g} m/s, after the robot first exceeded that and "
+            "before arrival; turning on the spot counts",
+            "lower",
+            "HuNav: time_not_moving, below 0.01 m/s; SEAN: time not moving; Francis2023: ST",
+            headline=True,
+        ),
+        "failure_to_progress": Definition(
+            "1",
+            f"number of windows of {WINDOW:g} s in which the robot's true distance to the goal fell by less than "
+            f"{LEAST_PROGRESS:g} m: consecutive windows from the first tick on that do not overlap, whole ones before "
+            f"arrival or the end; the distance is the length of {_GEODESIC} to {_GOAL} [Francis2023]",
+            "lower",
+            "Francis2023: FP",
+        ),
+    }
+
+    def __init__(self, world: World, contacts: ContactTally) -> None:
+        self._world = world
+        self._contacts = contacts
+        self._statuses: list[Status] = []
+        self._rows: list[tuple[float, float, float, float]] = []  # time, x, y, speed
+
+    def record(self, tick: Tick) -> None:
+        """Take note of one tick."""
+        pose = tick.truth.pose_robot_in_world
+        self._statuses.append(tick.decision.status)
+        self._rows.append((tick.truth.time, pose.x, pose.y, tick.truth.twist_robot_in_body.speed))
+
+    def values(self) -> dict[str, Value]:
+        """Return outcome, durations and lengths."""
+        if not self._rows:
+            return dict.fromkeys(self.definitions)
+        rows = np.array(self._rows)
+        time, places, speed = rows[:, 0], rows[:, 1:3], rows[:, 3]
+        arrival = self._statuses.index(Status.ARRIVED) if Status.ARRIVED in self._statuses else None
+        length = float(np.hypot(*np.diff(places, axis=0).T).sum())
+        goal, stop_before = _goal(self._world)
+        geodesic = Geodesic(static_costmap(self._world), goal)
+        shortest = max(0.0, geodesic.length_from(places[0]) - stop_before)
+        success = arrival is not None and self._touched_nothing()
+        return {
+            "outcome": self._outcome(),
+            "success": success,
+            "time_to_goal": None if arrival is None else float(time[arrival] - time[0]),
+            "path_length": length,
+            "shortest_path_length": shortest,
+            "spl": success * (shortest / max(length, shortest) if max(length, shortest) > 0.0 else 1.0),
+            "stalled_time": _stalled_ticks(speed[:arrival]) * CONTROL_PERIOD,
+            "failure_to_progress": _failures(geodesic, places[: None if arrival is None else arrival + 1]),
+        }
+
+    def _touched_nothing(self) -> bool:
+        counts = self._contacts.values()
+        return not any(counts[name] for name in ("contacts_person", "contacts_wall", "contacts_object"))
+
+    def _outcome(self) -> str:
+        if Status.ARRIVED in self._statuses:
+            return "arrived"
+        return "blocked" if self._statuses[-1] is Status.BLOCKED else "timeout"
+
+
+def _goal(world: World) -> tuple[Array, float]:
+    """Return where the task leads, (2,) [m], and how far before it the robot stops [m]."""
+    task = world.task
+    return (np.array(task.pose[:2]), 0.0) if isinstance(task, GoToTask) else (np.array(task.place), task.distance)
+
+
+def _stalled_ticks(speed: Array) -> int:
+    """Count the slow ticks after the first quick one; `speed` has shape (n,) [m/s]."""
+    slow = speed < STILL_SPEED
+    return int(slow[int(np.argmin(slow)) :].sum()) if not slow.all() else 0
+
+
+def _failures(geodesic: Geodesic, places: Array) -> int | None:
+    """Count the windows without progress of a way, shape (ticks, 2) [m]; None where no way leads to the goal."""
+    remaining = [geodesic.length_from(place) for place in places[:: round(WINDOW / CONTROL_PERIOD)]]
+    if not all(map(math.isfinite, remaining)):
+        return None
+    return int((-np.diff(remaining) < LEAST_PROGRESS).sum())

@@ -1,0 +1,220 @@
+"""The folder of a run, read: what it came to, the ways of robot, people and tracks, and the world it was in."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from han_bullet.errors import BadInputError, quoted
+from han_bullet.geometry import Array
+from han_bullet.provenance import sha256
+from han_bullet.world_file import find_world, load_world
+from han_bullet.world_schema import World
+
+Value = float | int | str | bool | None
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class MetricEntry(_Entry):
+    """A figure in result.json."""
+
+    name: str
+    value: Value
+    unit: str
+    definition: str
+
+
+class CheckEntry(_Entry):
+    """An expectation in result.json."""
+
+    metric: str
+    expected: str
+    value: Value
+    passed: bool
+
+
+class ResultFile(_Entry):
+    """What result.json says, as far as a report shows it."""
+
+    world: str
+    world_sha256: str
+    seed: int
+    perception: str
+    localization: str | None
+    cameras: tuple[str, ...]
+    association: str | None
+    detector: dict[str, Any] | None
+    layers: tuple[str, ...]
+    pass_side: str = Field(alias="pass")
+    versions: dict[str, str]
+    git_commit: str
+    outcome: str
+    metrics: tuple[MetricEntry, ...]
+    checks: tuple[CheckEntry, ...]
+    timings: dict[str, float | int | None]
+
+    def metric(self, name: str) -> MetricEntry | None:
+        """Return a metric by its name."""
+        return next((metric for metric in self.metrics if metric.name == name), None)
+
+
+@dataclass(frozen=True)
+class PersonWay:
+    """Where a true person was.
+
+    Attributes:
+        name: As in the world file.
+        places: At each tick, shape (n, 2) [m].
+        postures: One word per tick.
+    """
+
+    name: str
+    places: Array
+    postures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The truth of a run, tick by tick.
+
+    Attributes:
+        time: Shape (n,) [s].
+        poses: Of the robot: x, y [m], yaw [rad], shape (n, 3).
+        speed: Of the robot, shape (n,) [m/s].
+        people: In the order of the world file.
+    """
+
+    time: Array
+    poses: Array
+    speed: Array
+    people: tuple[PersonWay, ...]
+
+    def distances(self) -> Array:
+        """Return the distances between the centres of robot and people, shape (people, n) [m]."""
+        ways = np.array([person.places for person in self.people]).reshape(-1, len(self.time), 2)
+        difference = ways - self.poses[:, :2]
+        distances: Array = np.hypot(difference[..., 0], difference[..., 1])
+        return distances
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run as its folder tells it.
+
+    Attributes:
+        folder: Where it lies.
+        result: Of result.json.
+        trace: Of trace.csv.
+        tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
+        world: What the map shows; None where it is not known.
+        world_note: Why not, in one sentence; else empty.
+    """
+
+    folder: Path
+    result: ResultFile
+    trace: Trace
+    tracks: Mapping[float, tuple[Array, Array]]
+    world: World | None
+    world_note: str
+
+
+def is_run(folder: Path) -> bool:
+    """Tell whether a folder holds a finished run."""
+    return (folder / "result.json").is_file()
+
+
+def read_run(folder: Path) -> Run:
+    """Read a run.
+
+    Raises:
+        BadInputError: A file is missing or is not what a run writes.
+    """
+    result = read_result(folder)
+    world, note = find_map(folder, result.world, result.world_sha256)
+    return Run(folder, result, read_trace(folder), _read_tracks(folder), world, note)
+
+
+def read_result(folder: Path) -> ResultFile:
+    """Read result.json; see `read_run`."""
+    path = folder / "result.json"
+    try:
+        return ResultFile.model_validate_json(path.read_text(encoding="utf-8"))
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(map(str, first["loc"])) or "the document"
+        raise BadInputError(f"{path}: {field}: {first['msg']}; a file that `han-bullet run` wrote is needed") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f"{path}: not readable: {quoted(error)}") from error
+
+
+def read_trace(folder: Path) -> Trace:
+    """Read trace.csv; see `read_run`."""
+    header, rows = _read_table(folder / "trace.csv")
+    columns = dict(zip(header, zip(*rows, strict=True), strict=True)) if rows else {}
+    try:
+        time, x, y, yaw, vx, vy = (
+            np.array(columns[name], float)
+            for name in ("time", "robot.x", "robot.y", "robot.yaw", "robot.vx", "robot.vy")
+        )
+        names = [name.removesuffix(".posture") for name in header if name.endswith(".posture")]
+        people = tuple(
+            PersonWay(
+                name,
+                np.array([columns[f"{name}.x"], columns[f"{name}.y"]], float).T,
+                tuple(columns[f"{name}.posture"]),
+            )
+            for name in names
+        )
+    except (KeyError, ValueError) as error:
+        raise BadInputError(f"{folder / 'trace.csv'}: no trace of a run ({quoted(error)})") from error
+    return Trace(time, np.column_stack([x, y, yaw]), np.hypot(vx, vy), people)
+
+
+def _read_tracks(folder: Path) -> dict[float, tuple[Array, Array]]:
+    header, rows = _read_table(folder / "tracks.csv")
+    by_time: defaultdict[float, list[tuple[float, float, float]]] = defaultdict(list)
+    try:
+        time, identity, x, y = (header.index(name) for name in ("time", "id", "x", "y"))
+        for row in rows:
+            by_time[float(row[time])].append((float(row[identity]), float(row[x]), float(row[y])))
+    except (ValueError, IndexError) as error:
+        raise BadInputError(f"{folder / 'tracks.csv'}: no tracks of a run ({quoted(error)})") from error
+    tables = {moment: np.array(found) for moment, found in by_time.items()}
+    return {moment: (found[:, 0], found[:, 1:]) for moment, found in tables.items()}
+
+
+def _read_table(path: Path) -> tuple[list[str], Sequence[Sequence[str]]]:
+    """Return header and rows of a table; a last line that is not whole is left out."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            header, *rows = csv.reader(file)
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise BadInputError(f"{path}: not readable as a table of a run: {quoted(error)}") from error
+    return header, [row for row in rows if len(row) == len(header)]
+
+
+def find_map(folder: Path, name: str, checksum: str) -> tuple[World | None, str]:
+    """Return the world of a run for its map, or None with the reason.
+
+    A copy in the run's folder comes first; a file of that name counts only if it is still the one that was run.
+    """
+    copy = folder / "world.yaml"
+    try:
+        if copy.is_file():
+            return load_world(copy), ""
+        file = find_world(name)
+        if sha256(file) != checksum:
+            return None, f"World {name} has changed since this run, so its map is not drawn."
+        return load_world(file), ""
+    except BadInputError:
+        return None, f"The file of world {name} is not at hand, so its map is not drawn."

@@ -1,0 +1,193 @@
+"""The page of a sweep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+
+from han_bullet.atomic_file import write_at_once
+from han_bullet.errors import BadInputError
+from han_bullet.report.markup import Html, captioned, element, more, paragraph, picture, table, together
+from han_bullet.report.page import Section, page
+from han_bullet.report.run_files import Trace, find_map, read_trace
+from han_bullet.report.sweep_charts import draw_all_ways, draw_minimum_distances, draw_small_map
+from han_bullet.report.sweep_files import Sweep, SweepRow, read_sweep
+from han_bullet.report.sweep_tables import SCALED, comparison, overview, sensitivity
+from han_bullet.world_schema import World
+
+MOST_SMALL_MAPS = 60  # of failures; each is some 15 kB of the page
+COMPARISON_NOTE = (
+    "Both variants ran the same seeds, so differences are taken seed by seed. Intervals are 95 % bootstrap intervals "
+    "over pairs (BCa, 10 000 resamples, fixed random seed) of the mean difference and of the ratio of the means; none "
+    "is given below five pairs, nor for a ratio whose baseline has zeros. “better” and “worse” stand where the "
+    "interval leaves zero out; of twenty such intervals about one does so by chance. A figure counts the seeds that "
+    "have it in both; pp are percentage points."
+)
+
+
+def write_sweep_page(folder: Path, baseline: str | None = None) -> Path:
+    """Write report.html into the folder of a sweep and return its path.
+
+    Args:
+        folder: Of the sweep; it may still be running.
+        baseline: Variant that the others are compared with; None: `cameras`, or else the first.
+
+    Raises:
+        BadInputError: The folder holds no sweep, or the sweep no such variant.
+    """
+    sweep = read_sweep(folder)
+    path = folder / "report.html"
+    write_at_once(path, sweep_page(sweep, sweep.baseline(baseline)))
+    return path
+
+
+def sweep_page(sweep: Sweep, baseline: str) -> bytes:
+    """Return the page of a sweep, its variants compared with a baseline."""
+    table_of_assumptions = sensitivity(sweep)
+    sections = [
+        Section("comparisons", f"Compared with {baseline}", _comparisons(sweep, baseline)),
+        *([Section("assumptions", "Assumptions", _assumptions(table_of_assumptions))] if table_of_assumptions else []),
+        Section("distances", "How near the robot came", _distances(sweep)),
+        Section("ways", "All ways", _all_ways(sweep)),
+        Section("failures", "Runs that did not meet everything", _failures(sweep)),
+        Section("provenance", "Where this comes from", _provenance(sweep)),
+    ]
+    seeds = len({row.seed for row in sweep.rows})
+    lead = f"{len(sweep.rows)} runs: {len(sweep.worlds)} worlds, {len(sweep.variants)} variants, {seeds} seeds"
+    return page(f"Sweep “{sweep.folder.resolve().name}”", lead, _opening(sweep), sections)
+
+
+def _opening(sweep: Sweep) -> Html:
+    caption = "Runs that met every expectation of their world, with Wilson's 95 % interval of the share."
+    parts = [paragraph(caption, class_="note"), overview(sweep)]
+    gaps = sweep.missing()
+    if gaps:
+        count = sum(len(seeds) for _, _, seeds in gaps)
+        parts.insert(0, element("p", f"{count} runs are missing; what follows is of the others.", class_="verdict bad"))
+        parts.append(
+            more(
+                "What is missing",
+                table(("world", "variant", "seeds"), [(w, v, _ranges(seeds)) for w, v, seeds in gaps], words=3),
+            )
+        )
+    return together(parts)
+
+
+def _ranges(seeds: Sequence[int]) -> str:
+    """Return numbers in order, neighbours joined: 0 to 3, 7."""
+    runs: list[list[int]] = []
+    for seed in seeds:
+        if runs and seed == runs[-1][-1] + 1:
+            runs[-1].append(seed)
+        else:
+            runs.append([seed])
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+
+
+def _comparisons(sweep: Sweep, baseline: str) -> Html:
+    others = [variant for variant in sweep.variants if variant != baseline and not SCALED.search(variant)]
+    if not others:
+        return paragraph("There is one variant, so nothing to compare.")
+    parts = [paragraph(COMPARISON_NOTE, class_="note")]
+    for world in sweep.worlds:
+        for variant in others:
+            if sweep.of(world, variant) and sweep.of(world, baseline):
+                heading = element("h3", f"{world}: {variant} against {baseline}")
+                parts += [heading, comparison(sweep, world, variant, baseline)]
+    return together(parts)
+
+
+def _assumptions(rows: Html) -> Html:
+    note = "Runs that met every expectation with one assumption scaled, beside the same seeds with it unchanged."
+    return together([paragraph(note, class_="note"), rows])
+
+
+def _distances(sweep: Sweep) -> Html:
+    parts = []
+    for world in sweep.worlds:
+        drawn = draw_minimum_distances(sweep, world)
+        if drawn is not None:
+            alternative = f"Minimum distance to each person in {world}, by variant"
+            parts.append(captioned(picture(drawn, alternative), f"{world}: one mark per run."))
+    return together(parts)
+
+
+def _all_ways(sweep: Sweep) -> Html:
+    parts = []
+    for world in sweep.worlds:
+        figures = []
+        for variant in sweep.variants:
+            runs = list(_with_traces(sweep, sweep.of(world, variant)))
+            if runs:
+                drawn = draw_all_ways(_map_of(sweep, runs[0][0]), runs)
+                alternative = f"Ways of all seeds of {variant} in {world}"
+                figures.append(captioned(picture(drawn, alternative), f"{variant}: {len(runs)} runs"))
+        parts += [element("h3", world), element("div", *figures, class_="pairs")]
+    note = "Blue: the robot; vermilion and dashed where the run did not meet everything. Other colours: people."
+    return together([paragraph(note, class_="note"), *parts])
+
+
+def _with_traces(sweep: Sweep, rows: Sequence[SweepRow]) -> Iterator[tuple[SweepRow, Trace]]:
+    """Yield the rows whose trace is there, with it."""
+    for row in rows:
+        trace = _trace_of(sweep, row)
+        if trace is not None:
+            yield row, trace
+
+
+def _trace_of(sweep: Sweep, row: SweepRow) -> Trace | None:
+    try:
+        trace = read_trace(sweep.folder / row.folder)
+    except BadInputError:
+        return None  # the run died, or its folder was taken away; its row is still counted
+    return trace if len(trace.time) else None
+
+
+def _map_of(sweep: Sweep, row: SweepRow) -> World | None:
+    """Return the map of a row's world; of a mirrored one only from its own copy, since the shipped file is not it."""
+    folder = sweep.folder / row.folder
+    if "mirrored" in row.variant and not (folder / "world.yaml").is_file():
+        return None
+    return find_map(folder, row.world, row.world_sha256)[0]
+
+
+def _failures(sweep: Sweep) -> Html:
+    failed = [row for row in sweep.rows if row.error or not row.passed]
+    if not failed:
+        return paragraph("None.")
+    rows = [_failure(sweep, row, drawn=index < MOST_SMALL_MAPS) for index, row in enumerate(failed)]
+    headings = ("world", "variant", "seed", "ended as", "not met", "folder", "ways")
+    note = f"Maps are drawn of the first {MOST_SMALL_MAPS}." if len(failed) > MOST_SMALL_MAPS else ""
+    return together([table(headings, rows, words=7), paragraph(note, class_="note")])
+
+
+def _failure(sweep: Sweep, row: SweepRow, drawn: bool) -> list[str]:
+    trace = _trace_of(sweep, row) if drawn else None
+    ways: str = ""
+    if trace is not None:
+        ways = picture(
+            draw_small_map(_map_of(sweep, row), trace), f"Ways of {row.world}, {row.variant}, seed {row.seed}"
+        )
+    link = element("a", row.folder, href=quote(row.folder) + "/")
+    ended = f"error: {row.error}" if row.error else row.outcome
+    return [row.world, row.variant, str(row.seed), ended, row.failed, link, ways]
+
+
+def _provenance(sweep: Sweep) -> Html:
+    commits = Counter(row.git_commit for row in sweep.rows)
+    factors = [row.real_time_factor for row in sweep.rows if np.isfinite(row.real_time_factor)]
+    facts = {
+        "folder": sweep.folder.resolve().name,
+        "commit": ", ".join(f"{commit} ({count} runs)" for commit, count in commits.items()),
+        "worlds": ", ".join(dict.fromkeys(f"{row.world} sha256 {row.world_sha256[:12]}" for row in sweep.rows)),
+        "real-time factor": f"median {np.median(factors):.2f}, {min(factors):.2f} to {max(factors):.2f}"
+        if factors
+        else "–",
+        "a page of one run": element("code", "han-bullet report FOLDER/runs/WORLD/VARIANT/SEED"),
+    }
+    mixed = [paragraph("Runs of more than one commit are mixed here.", class_="bad")] if len(commits) > 1 else []
+    return together([*mixed, table(("", ""), list(facts.items()), words=2)])

@@ -1,0 +1,220 @@
+"""The page of a run: one file that stands alone, tells the outcome in words and escapes what it did not write."""
+
+import base64
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import cv2
+import imageio_ffmpeg
+import numpy as np
+import pytest
+import yaml
+
+from han_bullet.errors import BadInputError
+from han_bullet.report import run_page
+from han_bullet.report.film_still import middle_picture
+from han_bullet.report.run_files import read_result, read_run
+from han_bullet.report.run_moments import device_moments, position_errors
+from han_bullet.report.run_page import command_line, write_run_page
+from han_bullet.runner import RunOptions, run_world
+from han_bullet.world_file import find_world, read_yaml
+
+
+class Outline(HTMLParser):
+    """Collects tags, addresses and text, and checks that elements close in order."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+        self.text = ""
+        self.feed(page)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.addresses += [value for name, value in attrs if name in ("src", "href") and value]
+        if tag == "img":
+            assert dict(attrs)["alt"]
+        if tag not in ("img", "meta"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def outline(page: Path) -> Outline:
+    return Outline(page.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of sim2 that ends after six seconds, when the television is on."""
+    folder = tmp_path_factory.mktemp("run")
+    document = read_yaml(find_world("sim2").read_text()) | {"duration": 6.0}
+    path = folder / "short.yaml"
+    path.write_text(yaml.safe_dump(document))
+    run_world(path, RunOptions(seed=1, perception="truth", video=False), folder / "run")
+    (folder / "run" / "world.yaml").write_text(path.read_text())
+    return folder / "run"
+
+
+@pytest.fixture
+def run(recorded: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(recorded, tmp_path / "run"))
+
+
+def change_result(folder: Path, **changes: object) -> None:
+    path = folder / "result.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def test_the_page_stands_alone(run: Path) -> None:
+    found = outline(write_run_page(run))
+    assert found.tags.count("img") >= 2 and found.tags[0] == "html"
+    assert all(address.startswith(("data:", "#")) for address in found.addresses)
+    assert not {"script", "link", "iframe"} & set(found.tags)
+
+
+def test_the_outcome_is_told_in_words(run: Path) -> None:
+    text = outline(write_run_page(run)).text
+    assert "sim2, seed 1" in text and "The robot ran out of time" in text and "expectations are not met" in text
+    failed = sum(not check.passed for check in read_result(run).checks)
+    assert failed > 0  # arrival and hand-over cannot be met in six seconds
+    assert text.count("not met") == failed + 1 and f"{failed} of " in text
+    for metric in read_result(run).metrics:
+        assert metric.name in text and metric.definition in text
+
+
+def test_all_met_is_told_too(run: Path) -> None:
+    checks = [check | {"passed": True} for check in json.loads((run / "result.json").read_text())["checks"]]
+    change_result(run, checks=checks, outcome="arrived")
+    text = outline(write_run_page(run)).text
+    assert f"all {len(checks)} expectations are met" in text and "not met" not in text
+
+
+def test_names_of_others_never_become_markup(run: Path) -> None:
+    evil = "<script>alert(1)</script>\"'&"
+    result = json.loads((run / "result.json").read_text())
+    metrics = [metric | {"name": evil, "value": evil, "unit": evil, "definition": evil} for metric in result["metrics"]]
+    checks = [check | {"metric": evil, "expected": evil, "value": evil} for check in result["checks"]]
+    versions = {evil: evil}
+    change_result(run, world=evil, metrics=metrics, checks=checks, versions=versions, outcome=evil, git_commit=evil)
+    trace = run / "trace.csv"
+    trace.write_text(trace.read_text().replace("viewer", "<script>alert(2)</script>"))
+    page = write_run_page(run)
+    assert "<script" not in page.read_text(encoding="utf-8")
+    assert evil in outline(page).text
+    for picture in re.findall(r"data:image/svg\+xml;base64,([A-Za-z0-9+/=]+)", page.read_text(encoding="utf-8")):
+        assert b"<script" not in base64.b64decode(picture)
+
+
+def test_the_same_run_gives_the_same_page_every_time(run: Path) -> None:
+    assert write_run_page(run).read_bytes() == write_run_page(run).read_bytes()
+
+
+def test_a_world_that_has_changed_or_is_unknown_is_not_drawn_and_the_page_says_so(run: Path) -> None:
+    (run / "world.yaml").unlink()
+    assert "World sim2 has changed since this run" in outline(write_run_page(run)).text
+    change_result(run, world="nowhere")
+    assert "The file of world nowhere is not at hand" in outline(write_run_page(run)).text
+
+
+def test_a_shipped_world_that_is_still_the_same_is_drawn(run: Path) -> None:
+    (run / "world.yaml").unlink()
+    from han_bullet.provenance import sha256
+
+    change_result(run, world_sha256=sha256(find_world("sim2")))
+    read = read_run(run)
+    assert read.world is not None and read.world_note == ""
+
+
+def test_a_device_is_marked_when_it_goes_on(run: Path) -> None:
+    read = read_run(run)
+    assert read.world is not None
+    moment = device_moments(read.world, read.trace)["tv"]
+    tick = int(np.abs(read.trace.time - moment).argmin())
+    distance = np.hypot(*(read.trace.poses[:, :2] - read.world.devices[0].position).T)
+    assert distance[tick] <= 4.0 < distance[tick - 1]  # as the world file says: the robot within 4 m
+
+
+def test_true_perception_has_no_errors_and_strangers_have_no_track(run: Path) -> None:
+    read = read_run(run)
+    assert all(np.nanmax(errors) < 1e-5 for errors in position_errors(read).values())
+    (run / "tracks.csv").write_text("time,id,x,y,vx,vy,yaw,posture\n")
+    assert all(np.isnan(errors).all() for errors in position_errors(read_run(run)).values())
+
+
+def test_perception_is_shown_where_there_were_cameras(run: Path) -> None:
+    assert "This run had no cameras" in outline(write_run_page(run)).text
+    change_result(run, perception="cameras", cameras=["camera4"], association="nn", detector={"threshold": 9.5})
+    text = outline(write_run_page(run)).text
+    assert "when a confirmed track was matched" in text and "This run had no cameras" not in text
+    assert "--cameras camera4 --association nn --threshold 9.5" in text
+
+
+def test_a_small_video_is_in_the_page_and_a_large_one_beside_it(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (run / "video.mp4").write_bytes(b"film")
+    assert f"data:video/mp4;base64,{base64.b64encode(b'film').decode()}" in outline(write_run_page(run)).addresses
+    monkeypatch.setattr(run_page, "LARGEST_EMBEDDED", 3)
+    found = outline(write_run_page(run))
+    assert "video.mp4" in found.addresses and not any(address.startswith("data:video") for address in found.addresses)
+
+
+def test_a_still_of_the_video_stands_for_it_until_it_plays(tmp_path: Path) -> None:
+    film = tmp_path / "video.mp4"
+    writer = imageio_ffmpeg.write_frames(str(film), (64, 48), fps=10, macro_block_size=16)
+    writer.send(None)
+    for level in (*[0] * 10, *[200] * 10, *[0] * 10):  # bright in its middle second
+        writer.send(np.full((48, 64, 3), level, np.uint8))
+    writer.close()
+    still = middle_picture(film)
+    assert still is not None
+    assert cv2.imdecode(np.frombuffer(still, np.uint8), cv2.IMREAD_COLOR).mean() > 150.0
+    film.write_bytes(b"film")
+    assert middle_picture(film) is None
+
+
+def test_the_command_line_makes_the_run_again(run: Path) -> None:
+    change_result(run, layers=["static", "inflation", "body"], **{"pass": "right"})
+    expected = "--without personal_walking,personal_still,visibility,interaction,overtake --pass right"
+    assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
+
+
+def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:
+    whole = len(read_run(run).trace.time)
+    trace = run / "trace.csv"
+    trace.write_text(trace.read_text()[:-40])
+    assert len(read_run(run).trace.time) == whole - 1
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("result.json", "{", "result.json"),
+        ("result.json", '{"world": "sim2"}', "world_sha256"),
+        ("trace.csv", "", "trace.csv"),
+        ("trace.csv", "time,robot.x\n0.0,1.0\n", "robot.y"),
+        ("trace.csv", "time,robot.x,robot.y,robot.yaw,robot.vx,robot.vy\na,b,c,d,e,f\n", "trace.csv"),
+        ("tracks.csv", "nothing\n", "tracks.csv"),
+    ],
+)
+def test_a_file_that_no_run_wrote_is_named_in_one_sentence(run: Path, name: str, content: str, told: str) -> None:
+    (run / name).write_text(content)
+    with pytest.raises(BadInputError, match=told) as caught:
+        write_run_page(run)
+    assert "\n" not in str(caught.value)
+    assert not (run / "report.html").exists()
+
+
+def test_a_run_of_one_tick_and_without_people_has_a_page(run: Path) -> None:
+    lines = (run / "trace.csv").read_text().splitlines()[:2]
+    (run / "trace.csv").write_text("\n".join(",".join(line.split(",")[:7]) for line in lines) + "\n")
+    assert "sim2" in outline(write_run_page(run)).text
