@@ -12,6 +12,7 @@ BENCHMARKS = (
     ("footprint",),
     ("exhaustive_cnn",),
     ("rendered_people",),
+    ("foot_points",),
     ("planner",),
     ("costmap",),
     ("path_follows_cost",),

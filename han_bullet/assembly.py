@@ -56,6 +56,13 @@ def field_of_view(world: World) -> FieldOfView:
     return FieldOfView(world.solid_boxes(), robot_radius=world.robot.radius + HULL_MARGIN)
 
 
+def build_projection(world: World) -> GroundProjection:
+    """Return what places detected people on the world's floor."""
+    return GroundProjection(
+        robot_radius=world.robot.radius, floor=world.floor, obstacles=world.solid_boxes(), seats=world.seats()
+    )
+
+
 def build_stack(
     world: World,
     *,
@@ -89,7 +96,7 @@ def build_stack(
     task = task_of(world)
     return NavigationStack(
         detector=detector,
-        projection=GroundProjection(robot_radius=robot.radius, floor=world.floor, obstacles=boxes, seats=world.seats()),
+        projection=build_projection(world),
         tracker=tracker,
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),

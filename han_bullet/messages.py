@@ -5,7 +5,7 @@ All are frozen dataclasses in SI units. Names say the frame. Arrays have the sta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -79,11 +79,14 @@ class Detections:
         boxes: Shape (n, 4): x, y of the upper left corner, width, height [px].
         scores: How sure the detector is, on a scale of its own, shape (n,).
         probabilities: Of being a person, shape (n,), in [0, 1]; 1 where the detector gives none.
+        feet: Rows of the image where the feet end [px], where the camera knows them better than by the box; NaN where
+            not, shape (n,). None: nowhere.
     """
 
     boxes: Array
     scores: Array
     probabilities: Array
+    feet: Array | None = field(default=None, kw_only=True)
 
     @classmethod
     def none(cls) -> Detections:
@@ -92,11 +95,12 @@ class Detections:
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Detections:
         """Return some of them: a mask, shape (n,), or row numbers in their new order."""
-        return Detections(self.boxes[rows], self.scores[rows], self.probabilities[rows])
+        feet = None if self.feet is None else self.feet[rows]
+        return Detections(self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet)
 
     def at(self, camera: str, time: float) -> FrameDetections:
         """Return the same as those of a camera's frame, exposed at a time [s]."""
-        return FrameDetections(self.boxes, self.scores, self.probabilities, camera, time)
+        return FrameDetections(self.boxes, self.scores, self.probabilities, camera, time, feet=self.feet)
 
 
 @dataclass(frozen=True)

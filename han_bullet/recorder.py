@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, tracks.csv, detections.csv and messages.csv.
+"""What a run leaves behind as tables: trace.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -7,6 +7,7 @@ equal runs give equal files.
 from __future__ import annotations
 
 import contextlib
+import math
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ from han_bullet.world_schema import World
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
+FEET_HEADER = ("time", "camera", "detection", "row")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
@@ -116,6 +118,24 @@ class DetectionsRecorder(TableRecorder):
             columns = (found.boxes.tolist(), found.scores.tolist(), found.probabilities.tolist())
             for box, score, probability in zip(*columns, strict=True):
                 yield found.time, found.camera, *box, score, probability
+
+
+class FeetRecorder(TableRecorder):
+    """Write where the feet end of whom a camera knows it better than by the box: the row of the image [px].
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, FEET_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per known foot, with the number of its box among those of the frame, from 0."""
+        for found in tick.decision.detections:
+            for number, row in enumerate([] if found.feet is None else found.feet.tolist()):
+                if math.isfinite(row):
+                    yield found.time, found.camera, number, row
 
 
 class MessagesRecorder(TableRecorder):

@@ -27,7 +27,7 @@ from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics
 from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
-from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
@@ -279,6 +279,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
+        FeetRecorder(folder / "feet.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:

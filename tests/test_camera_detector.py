@@ -41,6 +41,15 @@ def test_a_detector_of_one_stage_is_masked_by_the_empty_scene_too():
     assert len(masked.detect([frame((60, WHITE), fixed=False)])[0].boxes) == 2
 
 
+def test_only_cameras_with_an_empty_scene_know_the_rows_of_the_feet():
+    found = CameraDetector(Fixed())
+    assert found.detect([frame((60, WHITE))])[0].feet is None
+    found.calibrate([frame()])
+    fixed, moving = found.detect([frame((60, WHITE)), frame((60, WHITE), fixed=False)])
+    assert fixed.feet.shape == (1,)
+    assert moving.feet is None
+
+
 def test_what_the_empty_scene_rules_out_never_reaches_the_second_stage():
     class Counting(Classifier):
         boxes = 0
@@ -137,3 +146,12 @@ def test_shipped_detector_finds_a_rendered_person_and_nothing_else_in_an_empty_c
 
 def _pixel(camera, pose) -> np.ndarray:
     return project(np.array([[pose.x, pose.y, 0.0]]), camera.intrinsics, camera.camera_in_world)[0][0]
+
+
+def test_the_rows_of_the_feet_stay_with_their_boxes():
+    found = Detections(np.arange(12.0).reshape(3, 4), np.ones(3), np.ones(3), feet=np.array([1.0, np.nan, 3.0]))
+    chosen = found.select(np.array([2, 0])).at("hall", 1.5)
+    assert chosen.boxes[:, 0].tolist() == [8.0, 0.0]
+    assert chosen.feet.tolist() == [3.0, 1.0]
+    assert (chosen.camera, chosen.time) == ("hall", 1.5)
+    assert Detections.none().select(np.zeros(0, bool)).feet is None

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Frame
-from han_bullet.tracking.field_of_view import BODY_MIDDLE, FieldOfView
+from han_bullet.tracking.field_of_view import BODY_MIDDLE, LOWER_MARGIN, FieldOfView
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 EMPTY = np.zeros((480, 640, 3), np.uint8)
@@ -38,6 +38,19 @@ def test_a_ceiling_camera_sees_whole_people_from_its_lower_border_to_where_they_
     assert 114.0 <= ends[0, 1] - ends[1, 1] < 115.0
     assert seen[0] == pytest.approx(3.6, abs=0.2)
     assert seen[-1] == pytest.approx(8.9, abs=0.2)
+
+
+def test_a_moving_camera_does_not_miss_people_whose_feet_are_at_the_lower_border() -> None:
+    """Their boxes are no measurement, and who is near must not be given up for it."""
+    onboard = camera([0.0, 0.0, 1.2], [10.0, 0.0, 0.7], fixed=False)
+    still = camera([0.0, 0.0, 1.2], [10.0, 0.0, 0.7])
+    places = np.column_stack([np.arange(1.5, 6.0, 0.02), np.zeros(225)])
+    moving_sees, still_sees = places[OPEN.sees(onboard, places), 0], places[OPEN.sees(still, places), 0]
+    assert moving_sees[-1] == still_sees[-1]
+    assert moving_sees[0] > still_sees[0] + 0.1
+    body = np.array([[moving_sees[0], 0.0, 0.0], [moving_sees[0], 0.0, 1.75]])
+    foot, head = project(body, INTRINSICS, onboard.camera_in_world)[0]
+    assert 480.0 - foot[1] == pytest.approx(LOWER_MARGIN * (foot[1] - head[1]), abs=3.0)
 
 
 def test_nobody_is_seen_behind_the_camera_or_beside_the_image() -> None:

@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, look_at, project
 from han_bullet.messages import Detections, Frame, Scan, Seat
-from han_bullet.tracking.projection import BODY_DEVIATION, FOOT_FRACTION, OFFSET_ALONG_RAY, GroundProjection
+from han_bullet.tracking.projection import (
+    BODY_DEVIATION,
+    FOOT_FRACTION,
+    OFFSET_ALONG_RAY,
+    OFFSET_OF_KNOWN_FEET,
+    GroundProjection,
+)
 from han_bullet.world_schema import FloorArea
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
@@ -50,13 +56,45 @@ def test_the_detectors_smallest_box_tells_no_distance(height: float, kept: int) 
     assert len(scan.positions) == kept
 
 
-@pytest.mark.parametrize(("distance", "along"), [(3.5, 0.15), (5.0, 0.20), (7.3, 0.28)])
+@pytest.mark.parametrize(("distance", "along"), [(3.7, 0.16), (5.0, 0.20), (7.3, 0.28)])
 def test_the_uncertainty_is_larger_along_the_ray_and_grows_with_the_distance(distance: float, along: float) -> None:
     covariance = scan_of([box_of(0.2 + distance, 0.0)]).covariances[0]
     assert math.sqrt(covariance[0, 0]) == pytest.approx(along, abs=0.02)
     # Across: 0.04 m of the image and the 0.1 m that every measurement has.
     assert math.sqrt(covariance[1, 1]) == pytest.approx(0.11, abs=0.005)
     assert covariance[0, 1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_where_the_row_of_the_feet_is_known_a_box_that_is_too_long_puts_nobody_nearer() -> None:
+    toe = 0.2 + 5.0
+    foot, head = project(np.array([[toe, 0.0, 0.0], [toe, 0.0, 1.75]]), INTRINSICS, CEILING)[0]
+    height = foot[1] - head[1]
+    boxes = np.array([[foot[0] - 30.0, head[1], 60.0, scale * height] for scale in (0.95, 1.0, 1.05)])
+    known = GroundProjection(robot_radius=0.3).foot_points(FRAME, boxes, np.full(3, foot[1]))
+    assert known.positions == pytest.approx(np.tile([toe + OFFSET_OF_KNOWN_FEET, 0.0], (3, 1)), abs=1e-9)
+    unknown = GroundProjection(robot_radius=0.3).foot_points(FRAME, boxes, np.full(3, np.nan))
+    assert unknown.positions[0, 0] - unknown.positions[2, 0] > 0.3
+    assert unknown.positions == pytest.approx(GroundProjection(robot_radius=0.3).foot_points(FRAME, boxes).positions)
+
+
+def test_a_known_row_makes_the_place_surer_along_the_ray_and_not_beside_it() -> None:
+    box = np.array([box_of(6.0, 0.0)])
+    projection = GroundProjection(robot_radius=0.3)
+    by_box = projection.foot_points(FRAME, box).covariances[0]
+    by_row = projection.foot_points(FRAME, box, np.array([box[0, 1] + FOOT_FRACTION * box[0, 3]])).covariances[0]
+    assert math.sqrt(by_box[0, 0]) > 0.2
+    assert math.sqrt(by_row[0, 0]) == pytest.approx(math.hypot(BODY_DEVIATION, 0.04), abs=0.01)
+    assert by_row[1, 1] == pytest.approx(by_box[1, 1], rel=0.01)
+
+
+def test_the_rows_of_the_detections_reach_the_scan() -> None:
+    box = np.array([box_of(6.0, 0.0)])
+    row = box[0, 1] + 0.95 * box[0, 3]
+    found = Detections(box, np.ones(1), np.ones(1), feet=np.array([row]))
+    scan = GroundProjection(robot_radius=0.3).project(FRAME, found, FAR_AWAY)
+    expected = GroundProjection(robot_radius=0.3).foot_points(FRAME, box, np.array([row]))
+    assert scan.positions == pytest.approx(expected.positions)
+    assert scan.positions[0, 0] > 6.2
 
 
 def test_the_covariance_is_that_of_boxes_scattered_in_the_image() -> None:
@@ -71,11 +109,15 @@ def test_the_covariance_is_that_of_boxes_scattered_in_the_image() -> None:
     assert claimed - BODY_DEVIATION**2 * np.eye(2) == pytest.approx(sample, abs=0.1 * sample.max())
 
 
-def test_a_box_cut_by_the_lower_border_is_no_measurement() -> None:
+@pytest.mark.parametrize(("room", "kept"), [(0.01, 0), (0.04, 0), (0.06, 1)])
+def test_a_box_at_the_lower_border_is_no_measurement_for_the_feet_may_be_below(room: float, kept: int) -> None:
     x, y, width, height = box_of(5.0, 0.0)
-    down = 479.0 - (y + height)
+    down = 480.0 - room * height - (y + height)
     assert down > 0.0
-    assert len(scan_of([[x, y + down, width, height]]).positions) == 0
+    lowered = [x, y + down, width, height]
+    assert len(scan_of([lowered]).positions) == kept
+    known = Detections(np.array([lowered]), np.ones(1), np.ones(1), feet=np.array([480.0 - (room + 0.01) * height]))
+    assert len(GroundProjection(robot_radius=0.3).project(FRAME, known, FAR_AWAY).positions) == 1
 
 
 def test_a_foot_point_above_the_horizon_is_no_measurement() -> None:

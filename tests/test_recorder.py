@@ -2,13 +2,14 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import DeviceMessage
-from han_bullet.recorder import DetectionsRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.messages import DeviceMessage, FrameDetections
+from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
 
 IMAGE = frame(time=0.05)
 TICKS = (
@@ -57,6 +58,20 @@ def test_detections_have_a_row_per_box_with_the_time_of_exposure(tmp_path: Path)
     assert (tmp_path / "detections.csv").read_text().splitlines() == [
         "time,camera,x,y,width,height,score,probability",
         "0.050000,ceiling,10.500000,20.000000,41.000000,100.000000,62.500000,0.875000",
+    ]
+
+
+def test_known_feet_have_a_row_each_with_the_number_of_their_box(tmp_path: Path):
+    one, boxes = TICKS[1], np.zeros((3, 4))
+    known = FrameDetections(boxes, np.ones(3), np.ones(3), "ceiling", 0.05, feet=np.array([np.nan, 412.0, np.nan]))
+    unknown = FrameDetections(boxes, np.ones(3), np.ones(3), "onboard", 0.05)
+    write(
+        FeetRecorder(tmp_path / "feet.csv"),
+        (replace(one, decision=replace(one.decision, detections=(known, unknown))),),
+    )
+    assert (tmp_path / "feet.csv").read_text().splitlines() == [
+        "time,camera,detection,row",
+        "0.050000,ceiling,1,412.000000",
     ]
 
 

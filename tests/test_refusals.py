@@ -47,7 +47,7 @@ def test_a_small_box_is_given_its_height_and_the_smallest_one() -> None:
 
 def test_a_box_at_the_lower_border_is_cut() -> None:
     x, y, width, _ = box_at(4.0, 0.0)
-    assert only([x, y, width, 480.0 - y]) == "the box is cut by the image's lower border"
+    assert only([x, y, width, 480.0 - y]) == "the box ends at the image's lower border, below which the feet may be"
 
 
 def test_a_box_in_the_sky_has_its_edge_above_the_horizon() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.search_area import Both, SearchArea
@@ -66,4 +67,5 @@ class CameraDetector(FrameDetector):
             return Detections.none()
         changed = ChangedArea(changes)
         proposals = self.detector.propose(frame.image, changed if area is None else Both(area, changed))
-        return self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))
+        found = self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))
+        return replace(found, feet=scene.feet(frame.image, found.boxes))

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from han_bullet.detection.foot_edge import foot_rows
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import Image
 from han_bullet.detection.search_area import SearchArea, Windows
@@ -46,7 +47,7 @@ class StillScene:
     def __init__(self, image: Image, boxes: Array) -> None:
         """Keep the calibration image, (height, width, 3) RGB, and the proposals that it gives."""
         self.boxes = np.asarray(boxes, float).reshape(-1, 4)
-        self._shape = image.shape
+        self._image = image.copy()  # a caller may draw the next frame into theirs
         self._cells = _cell_means(image)
 
     def changes(self, image: Image) -> Cells:
@@ -55,8 +56,8 @@ class StillScene:
         Raises:
             BadInputError: The image is not as large as that of the calibration.
         """
-        if image.shape != self._shape:
-            raise BadInputError(f"image is {image.shape}, but the camera was calibrated with {self._shape}")
+        if image.shape != self._image.shape:
+            raise BadInputError(f"image is {image.shape}, but the camera was calibrated with {self._image.shape}")
         red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
         changed: Cells = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
         return changed
@@ -66,6 +67,10 @@ class StillScene:
         part = changed_part(changes, boxes)
         repeated = intersection_over_union(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
         return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
+
+    def feet(self, image: Image, boxes: Array) -> Array:
+        """Return the rows [px] where the feet in boxes, shape (n, 4) [px], end; NaN where nobody can tell, (n,)."""
+        return foot_rows(image, self._image, boxes)
 
 
 class ChangedArea(SearchArea):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +15,11 @@ import numpy as np
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import Detections, DeviceMessage, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, MESSAGES_HEADER, TRACKS_HEADER
+from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, TRACKS_HEADER
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "messages.csv")
+FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "feet.csv", "messages.csv")
 Row = dict[str, str]
 Value = TypeVar("Value")
 SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "git_commit")
@@ -95,7 +96,7 @@ def read_run(folder: Path) -> RecordedRun:
         world,
         settings,
         truths,
-        _detections(folder / "detections.csv"),
+        _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
     )
@@ -146,14 +147,28 @@ def _message(row: Row) -> DeviceMessage:
     return DeviceMessage(row["device"], float(row["sent"]), on=bool(int(row["on"])), session=row["session"])
 
 
-def _detections(path: Path) -> dict[tuple[int, str], Detections]:
-    """Gather the boxes of each frame, in the order in which the detector gave them."""
+def _detections(path: Path, feet: Mapping[tuple[int, str], Mapping[int, float]]) -> dict[tuple[int, str], Detections]:
+    """Gather the boxes of each frame, in the order in which the detector gave them, with the rows of known feet."""
     frames: dict[tuple[int, str], list[list[float]]] = {}
     columns = DETECTIONS_HEADER[2:]
     for tick, (camera, box) in _rows(path, DETECTIONS_HEADER, lambda row: (row["camera"], _numbers(row, *columns))):
         frames.setdefault((tick, camera), []).append(box)
     tables = {key: np.array(boxes) for key, boxes in frames.items()}
-    return {key: Detections(table[:, :4], table[:, 4], table[:, 5]) for key, table in tables.items()}
+    found = {}
+    for key, table in tables.items():
+        known = feet.get(key, {})
+        rows = np.array([known.get(number, math.nan) for number in range(len(table))])
+        found[key] = Detections(table[:, :4], table[:, 4], table[:, 5], feet=rows)
+    return found
+
+
+def _feet(path: Path) -> dict[tuple[int, str], dict[int, float]]:
+    """Gather the rows of known feet [px] of each frame, by the number of their box."""
+    frames: dict[tuple[int, str], dict[int, float]] = {}
+    parsed = _rows(path, FEET_HEADER, lambda row: (row["camera"], int(row["detection"]), float(row["row"])))
+    for tick, (camera, number, row) in parsed:
+        frames.setdefault((tick, camera), {})[number] = row
+    return frames
 
 
 def _truths(path: Path, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:

@@ -24,6 +24,9 @@ KNEES = 0.5
 SMALLEST = 114.0
 # Between a whole person and the image's borders [px].
 IMAGE_MARGIN = 6.0
+# Between the feet and the lower border of a moving camera's image, in heights of the person: nearer, their box is no
+# measurement (`projection.BORDER`, and boxes end 1.4 % below the feet). Fixed cameras know feet to the pixel.
+LOWER_MARGIN = 0.065
 # Of the cylinder around the robot's body [m]; the default of its radius is 0.3 and 0.05 for what sticks out.
 ROBOT_RADIUS, ROBOT_HEIGHT = 0.35, 1.1
 # Of the cylinder around another person [m].
@@ -81,9 +84,15 @@ class FieldOfView:
         ends, depths = project(bodies, frame.intrinsics, frame.camera_in_world)
         size = np.array([frame.intrinsics.width, frame.intrinsics.height])
         inside = ((ends >= IMAGE_MARGIN) & (ends <= size - IMAGE_MARGIN)).all(axis=(0, 2))
-        tall = ends[0, :, 1] - ends[1, :, 1] >= SMALLEST
-        fits: NDArray[np.bool_] = inside & tall & (depths > 0.0).all(axis=0)
+        tall = ends[0, :, 1] - ends[1, :, 1]
+        above = ends[0, :, 1] <= size[1] - lower_margin(frame, tall)
+        fits: NDArray[np.bool_] = inside & above & (tall >= SMALLEST) & (depths > 0.0).all(axis=0)
         return fits
+
+
+def lower_margin(frame: Frame, tall: Array | float) -> Array | float:
+    """Return how far above the lower border the feet must be [px] of people who are so tall in the image [px]."""
+    return IMAGE_MARGIN if frame.fixed else np.maximum(IMAGE_MARGIN, LOWER_MARGIN * tall)
 
 
 def hidden_by_cylinder(

@@ -28,7 +28,7 @@ class RefusalReasons(GroundProjection):
     def of(self, detections: Detections, scan: Scan) -> tuple[str | None, ...]:
         """Return a reason per box of a scan's frame; None where it became a measurement."""
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        feet = self.foot_points(scan.frame, boxes)
+        feet = self.foot_points(scan.frame, boxes, detections.feet)
         kept = set(scan.sources.tolist())
         return tuple(None if row in kept else self._reason(scan, boxes, feet, row) for row in range(len(boxes)))
 
@@ -63,9 +63,9 @@ class RefusalReasons(GroundProjection):
 
 
 def _why_not_measurable(scan: Scan, box: Array) -> str:
-    height, bottom = box[3], box[1] + box[3]
+    height = box[3]
     if height < SMALLEST_BOX:
         return f"the box is {height:.0f} px tall, and the smallest that is measured {SMALLEST_BOX:.0f} px"
-    if bottom > scan.frame.intrinsics.height - BORDER:
-        return "the box is cut by the image's lower border"
+    if box[1] + (1.0 + BORDER) * height > scan.frame.intrinsics.height:
+        return "the box ends at the image's lower border, below which the feet may be"
     return "its lower edge is above the horizon"

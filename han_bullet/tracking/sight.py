@@ -18,6 +18,7 @@ from han_bullet.tracking.field_of_view import (
     SMALLEST,
     FieldOfView,
     hidden_by_cylinder,
+    lower_margin,
 )
 
 # Of an upright person's box: width over height, as detectors of pedestrians have it.
@@ -69,7 +70,7 @@ def _not_in_image(frame: Frame, position: Array) -> str | None:
         "left": min(foot[0], head[0]) < IMAGE_MARGIN,
         "right": max(foot[0], head[0]) > width - IMAGE_MARGIN,
         "upper": min(foot[1], head[1]) < IMAGE_MARGIN,
-        "lower": max(foot[1], head[1]) > height - IMAGE_MARGIN,
+        "lower": max(foot[1] + lower_margin(frame, foot[1] - head[1]), head[1] + IMAGE_MARGIN) > height,
     }
     cut = [name for name, is_cut in borders.items() if is_cut]
     if cut:
