@@ -87,9 +87,7 @@ COMPARED: tuple[Figure, ...] = (
     Figure("distance when level [m]", "from the nearest walker overtaken", _of("distance_when_level", min), "more"),
     Figure("overtaken on the left", "share of overtaken walkers passed on their left", _left, "", is_share=True),
     Figure("time in personal space", "with a cost g above 0.5", _of("personal_space_share", max), is_share=True),
-    Figure(
-        "intrusion", "mean of Kirby's Gaussian of the deepest person at the robot", _of("personal_space_intrusion", max)
-    ),
+    Figure("intrusion", "mean of Kirby's Gaussian at the robot", _of("personal_space_intrusion", max)),
     Figure("contacts with people", "number of separate contacts", _of("contacts_person", max)),
     Figure("behind the seated", "largest visibility cost g3 at the robot's centre", _of("behind_seated", max)),
     Figure("between viewer and TV, on [s]", "time in that disc while the device is on", _of("transit_time_on", max)),
