@@ -12,6 +12,7 @@ from typing import Any
 
 from han_bullet.ablation import NoDetector, TruthTracker
 from han_bullet.assembly import build_stack, build_tracker, known_devices
+from han_bullet.assumptions import Scaled
 from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.checks import Check, check_expectations, check_world
@@ -52,6 +53,7 @@ class RunOptions:
         without: Costmap layers to leave out.
         pass_side: On which side the robot overtakes, "left" or "right"; in a mirrored world on the other.
         mirrored: Whether to run the world's mirror image at its x axis, with left for right.
+        scaled: Assumptions that are made otherwise than the world has them.
         workers: Camera processes at most; 1 renders and detects in this process.
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
@@ -66,6 +68,7 @@ class RunOptions:
     without: tuple[str, ...] = ()
     pass_side: str = "left"
     mirrored: bool = False
+    scaled: tuple[Scaled, ...] = ()
     workers: int = 2
     video: bool = True
     gui: bool = False
@@ -125,6 +128,8 @@ def run_world(
     world = _load(name_or_path, options)
     source = f"{find_world(name_or_path)} (seed {options.seed})"
     concrete = vary(world, options.seed)
+    for assumption in options.scaled:
+        concrete = assumption.apply(concrete)
     if options.mirrored:
         # Last, so that a seed's mirrored run is the mirror image of its run.
         concrete = mirrored(concrete)
@@ -196,6 +201,7 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "layers": [],
         "pass": options.pass_side,
         "mirrored": options.mirrored,
+        "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),
         "git_commit": git_commit(),
     }

@@ -2,12 +2,13 @@
 
 import pytest
 
+from han_bullet.assumptions import ASSUMPTIONS, Scaled
 from han_bullet.commands.sweep import WORDS as HELP
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.detection.acf import load_acf_model
 from han_bullet.errors import BadInputError
 from han_bullet.runner import RunOptions
-from han_bullet.sweep.variants import EVERY_SCORE, parse_variant, spellings
+from han_bullet.sweep.variants import EVERY_SCORE, parse_variant, scaled_variants, spellings
 
 PLAIN = RunOptions(workers=1, video=False)
 
@@ -28,10 +29,17 @@ def test_a_plain_variant_sees_with_all_cameras_in_one_process_without_a_video() 
         ("truth+without:overtake", "without", ("overtake",)),
         ("without:overtake+without:visibility", "without", ("overtake", "visibility")),
         ("pass:right", "pass_side", "right"),
+        ("truth+mirrored", "mirrored", True),
+        ("scale:interaction.gamma*0.5", "scaled", (Scaled("interaction.gamma", 0.5),)),
     ],
 )
 def test_a_word_sets_its_option(text: str, field: str, value: object) -> None:
     assert getattr(parse_variant(text), field) == value
+
+
+def test_a_sensitivity_halves_and_doubles_every_assumption() -> None:
+    found = [parse_variant(variant).scaled for variant in scaled_variants("truth")]
+    assert found == [(Scaled(name, factor),) for name in ASSUMPTIONS for factor in (0.5, 2.0)]
 
 
 def test_without_social_leaves_what_any_robot_needs() -> None:
@@ -56,6 +64,10 @@ def test_a_threshold_is_a_score_or_none_at_all() -> None:
         ("camera", "'camera' is no word of a variant; there are .*camera:NAME"),
         ("truth:yes", "'truth:yes' is no word"),
         ("without:overtke", "layer 'overtke' is not known; there are static, .*overtake"),
+        ("scale:interaction.gama*2", "'interaction.gama' is no assumption; there are personal_still"),
+        ("scale:interaction.gamma*much", "scale is .*; NAME.FACTOR, like personal_still.deviation.2, would be right"),
+        ("scale:interaction.gamma", "scaled by nan; a finite factor above 0"),
+        ("scale:interaction.gamma*0", "scaled by 0.0; a finite factor above 0"),
         ("pass:up", "pass is 'up'; left or right"),
         ("threshold:high", "threshold is 'high'; a finite score, or none"),
         ("threshold:inf", "threshold is 'inf'"),

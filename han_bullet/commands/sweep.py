@@ -24,7 +24,8 @@ WORDS = """words of a variant, joined by +:
   without:LAYER               leave out a costmap layer; several: without:a+without:b;
                               without:social: all but static, inflation and body
   pass:SIDE                   overtake left or right
-  mirrored                    the world's mirror image, passing on the other side"""
+  mirrored                    the world's mirror image, passing on the other side
+  scale:NAME*FACTOR           a value that the paper leaves open, times a factor"""
 
 
 def add(commands: Commands[Parser]) -> None:
@@ -37,6 +38,7 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet sweep real1,real2 --seeds 0-19 --variants cameras,truth\n"
         "  han-bullet sweep real2 --seeds 0-4,7 --variants cameras,cameras+nn,truth+without:overtake --out runs/why\n"
         "  han-bullet sweep my_world.yaml --variants camera:camera1,threshold:40+pass:right --processes 2\n"
+        "  han-bullet sweep --seeds 0-9 --variants truth --sensitivity --out runs/sensitivity\n"
         "  han-bullet sweep --seeds 0-99 --scheduler tcp://10.0.0.1:8786 --out runs/night\n\n" + WORDS,
     )
     add_option = parser.add_argument
@@ -50,6 +52,11 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--seeds", type=seeds, default=seeds("0-9"), metavar="N-M,...", help="for example 0-19, 3 or 0-4,7")
     add_option("--variants", type=names, default=("cameras",), metavar="V,...", help="see below (default cameras)")
     add_option("--out", type=output_folder, default=Path("runs/sweep"), metavar="DIR", help="default runs/sweep")
+    add_option(
+        "--sensitivity",
+        action="store_true",
+        help="each variant also with each value that the paper leaves open x 0.5, x 2",
+    )
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--processes", type=positive, metavar="N", help="of this machine (default: one per core)")
     place.add_argument("--scheduler", metavar="ADDRESS", help="use a dask cluster instead, e.g. tcp://10.0.0.1:8786")
@@ -83,8 +90,10 @@ def _sweep(options: argparse.Namespace, console: Console) -> int:
     if options.scheduler is None:
         worker_context()  # its server imports while this process imports the rest
     from han_bullet.sweep.plan import plan_sweep
+    from han_bullet.sweep.variants import scaled_variants
 
-    plan = plan_sweep(worlds, options.seeds, options.variants)
+    further = [one for variant in options.variants for one in scaled_variants(variant)] if options.sensitivity else []
+    plan = plan_sweep(worlds, options.seeds, [*options.variants, *further])
     from han_bullet.sweep.bar import SweepBar
     from han_bullet.sweep.running import run_sweep
 

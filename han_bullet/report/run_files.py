@@ -56,6 +56,7 @@ class ResultFile(_Entry):
     layers: tuple[str, ...]
     pass_side: str = Field(alias="pass")
     mirrored: bool
+    scaled: tuple[str, ...]
     versions: dict[str, str]
     git_commit: str
     outcome: str

@@ -195,6 +195,7 @@ def _provenance(result: ResultFile) -> Html:
         "detector": detector or "none",
         "association": result.association or "none",
         "costmap layers": ", ".join(result.layers),
+        "assumptions scaled": ", ".join(result.scaled) or "none",
         "pose of the robot from": result.localization or "unknown",
         "commit": result.git_commit,
         "versions": ", ".join(f"{name} {version}" for name, version in result.versions.items()),

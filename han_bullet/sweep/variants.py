@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from han_bullet.assumptions import ASSUMPTIONS, Scaled
 from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.errors import BadInputError
@@ -61,6 +62,16 @@ def _side(text: str) -> str:
     return text
 
 
+def _scaled(text: str) -> tuple[Scaled, ...]:
+    name, times, factor = text.partition("*")
+    try:
+        return (Scaled(name, float(factor if times else "nan")),)
+    except ValueError as error:
+        raise BadInputError(
+            f"scale is {text!r}; NAME*FACTOR, like {next(iter(ASSUMPTIONS))}*2, would be right"
+        ) from error
+
+
 WORDS: dict[str, Word] = {
     "cameras": Word("perception", _always("cameras")),
     "truth": Word("perception", _always("truth")),
@@ -72,6 +83,7 @@ WORDS: dict[str, Word] = {
     "threshold": Word("detector", _threshold, "SCORE"),
     "pass": Word("pass_side", _side, "SIDE"),
     "mirrored": Word("mirrored", _always(True)),
+    "scale": Word("scaled", _scaled, "NAME*FACTOR"),
 }
 OF_CAMERAS = ("association", "cameras", "detector")  # fields that mean nothing where nothing is seen
 
@@ -79,6 +91,11 @@ OF_CAMERAS = ("association", "cameras", "detector")  # fields that mean nothing 
 def spellings() -> list[str]:
     """Return every word with what stands behind its colon."""
     return [f"{name}:{word.argument}" if word.argument else name for name, word in WORDS.items()]
+
+
+def scaled_variants(variant: str) -> list[str]:
+    """Return a variant with each assumption halved, and doubled."""
+    return [f"{variant}+scale:{Scaled(name, factor)}" for name in ASSUMPTIONS for factor in (0.5, 2.0)]
 
 
 def parse_variant(text: str) -> RunOptions:
