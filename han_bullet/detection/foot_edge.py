@@ -13,7 +13,7 @@ from han_bullet.detection.pictures import Image
 from han_bullet.geometry import Array
 
 # Where the soles are looked for, from a box's lower edge, in box heights: boxes end 1.4 % below the feet, and half a
-# step of the scales and half a cell of the window make 8 % to either side. With 5 % one small box in three is not told.
+# step of the scales and half a cell of the window make 8 % to either side. With 5 % twice as many boxes are not told.
 ABOVE, BELOW = 0.095, 0.065
 # A box may hold but the upper part of somebody, whose legs then go on below it, this far at most, in box heights; what
 # is wider than legs there, in box widths, is the robot or somebody else.
