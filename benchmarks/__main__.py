@@ -3,7 +3,8 @@
 import subprocess
 import sys
 from datetime import date
-from pathlib import Path
+
+from benchmarks.results import write_measured
 
 BENCHMARKS = (
     ("detector",),
@@ -34,7 +35,7 @@ def main() -> None:
         printed = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
         parts.append("\n".join(line for line in printed.splitlines() if not line.startswith("<!--")))
     # Only now: a changed file would mark the commit that the later ones print.
-    Path(__file__).with_name("RESULTS.md").write_text("\n\n".join(parts) + "\n")
+    write_measured("\n\n".join(parts))
 
 
 if __name__ == "__main__":
