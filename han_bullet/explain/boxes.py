@@ -17,7 +17,9 @@ def explain_boxes(replay: Replay) -> tuple[DetectionExplained, ...]:
 
 
 def _of_frame(look: Look, projection: RefusalReasons, records: tuple[TrackRecord, ...]) -> list[DetectionExplained]:
-    feet = projection.foot_points(look.scan.frame, look.found.boxes, look.found.feet).positions
+    frame, boxes, robot = look.scan.frame, look.found.boxes, look.scan.pose_robot_in_world
+    rows = projection.known_rows(frame, boxes, look.found.feet, robot)
+    feet = projection.foot_points(frame, boxes, rows).positions
     places = {int(row): _place(look.scan.positions[k]) for k, row in enumerate(look.scan.sources)}
     explained = []
     for row, refusal in enumerate(projection.of(look.found, look.scan)):

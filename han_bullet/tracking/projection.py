@@ -13,6 +13,7 @@ from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
+from han_bullet.tracking.own_image import rows_not_of_robot
 from han_bullet.tracking.seats import in_sitting_area
 from han_bullet.world_schema import FloorArea
 
@@ -100,7 +101,7 @@ class GroundProjection:
     def project(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Scan:
         """Return the people of one frame on the floor."""
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        feet = self.foot_points(frame, boxes, detections.feet)
+        feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
         human = feet.measurable & ~self._is_robot(feet.positions, pose_robot_in_world) & self._has_human_height(feet)
         places = self._places(frame, boxes, feet, human)
         places.valid[self._is_robot(places.positions, pose_robot_in_world)] = False
@@ -147,6 +148,14 @@ class GroundProjection:
         measurable = below_horizon & whole & (boxes[:, 3] >= SMALLEST_BOX)
         centres = _behind(frame, toes, np.where(known, OFFSET_OF_KNOWN_FEET, OFFSET_ALONG_RAY))
         return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable)
+
+    def known_rows(
+        self, frame: Frame, boxes: Array, rows: Array | None, pose_robot_in_world: Pose2D | None
+    ) -> Array | None:
+        """Return the rows where feet end, without those that may be the robot's own lower end; see `foot_points`."""
+        if rows is None or pose_robot_in_world is None:
+            return rows
+        return rows_not_of_robot(frame, boxes, rows, pose_robot_in_world, self.robot_radius)
 
     def _is_robot(self, positions: Array, pose_robot_in_world: Pose2D) -> NDArray[np.bool_]:
         distances = np.linalg.norm(positions - pose_robot_in_world.position, axis=1)

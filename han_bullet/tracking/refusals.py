@@ -28,7 +28,8 @@ class RefusalReasons(GroundProjection):
     def of(self, detections: Detections, scan: Scan) -> tuple[str | None, ...]:
         """Return a reason per box of a scan's frame; None where it became a measurement."""
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        feet = self.foot_points(scan.frame, boxes, detections.feet)
+        rows = self.known_rows(scan.frame, boxes, detections.feet, scan.pose_robot_in_world)
+        feet = self.foot_points(scan.frame, boxes, rows)
         kept = set(scan.sources.tolist())
         return tuple(None if row in kept else self._reason(scan, boxes, feet, row) for row in range(len(boxes)))
 
