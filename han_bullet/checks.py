@@ -13,12 +13,11 @@ import numpy as np
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-from han_bullet.metrics import Metric, Metrics
+from han_bullet.metrics import Metric, Metrics, Value
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.planning.astar import AStar
 from han_bullet.static_map import static_costmap
 from han_bullet.world_schema import Expectation, GoToTask, Sit, Walk, World
-
-PERSON_RADIUS = 0.25  # [m]
 
 
 def check_world(world: World, source: str) -> None:
@@ -90,7 +89,7 @@ class Check:
 
     metric: str
     expected: str
-    value: float | int | str | bool | None
+    value: Value
     passed: bool
 
 
@@ -112,7 +111,7 @@ def check_expectations(
     return [_check(expectation, values[expectation.metric]) for expectation in expectations]
 
 
-def _check(expectation: Expectation, value: float | int | str | bool | None) -> Check:
+def _check(expectation: Expectation, value: Value) -> Check:
     bounds = {">=": expectation.at_least, "<=": expectation.at_most, "==": expectation.equals}
     expected = " and ".join(f"{sign} {bound}" for sign, bound in bounds.items() if bound is not None)
     passed = value is not None

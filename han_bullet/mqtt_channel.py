@@ -66,10 +66,7 @@ class MqttChannel(DeviceChannel):
 
     def receive(self) -> tuple[bytes, ...]:
         """Return what has arrived since the last call."""
-        payloads = []
-        while self._waiting:
-            payloads.append(self._waiting.popleft())
-        return tuple(payloads)
+        return tuple(self._waiting.popleft() for _ in range(len(self._waiting)))  # what comes meanwhile waits
 
     def close(self) -> None:
         """Leave the broker; the last states stay there."""
@@ -110,8 +107,10 @@ class MqttChannel(DeviceChannel):
     def _on_subscribe(self, _client: Client, _user: Any, _message: int, reasons: Any, _properties: Any) -> None:
         if any(reason.is_failure for reason in reasons):
             self._refuse(f"subscription refused: {reasons[0]}")
-        elif self._answered.is_set():
+            return
+        if self._answered.is_set():
             _log.warning("MQTT broker %s is back", self._address)
+        self._refusal = None  # one that refused and then took us again is told anew when it is gone
         self._answered.set()
 
     def _on_disconnect(self, _client: Client, _user: Any, _flags: Any, reason: Any, _properties: Any) -> None:

@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, four tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, five tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.known_devices import KnownDevices
 from han_bullet.memory import peak_memory
-from han_bullet.metrics import Metric, Metrics
+from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
@@ -125,16 +125,10 @@ def run_world(
         WorkerDiedError: A camera process ended; what was written is whole.
     """
     started = time.perf_counter()
-    world = _load(name_or_path, options)
-    source = f"{find_world(name_or_path)} (seed {options.seed})"
-    concrete = vary(world, options.seed)
-    for assumption in options.scaled:
-        concrete = assumption.apply(concrete)
+    concrete = _concrete(name_or_path, options)
     if options.mirrored:
-        # Last, so that a seed's mirrored run is the mirror image of its run.
-        concrete = mirrored(concrete)
         options = replace(options, pass_side=OTHER_SIDE.get(options.pass_side, options.pass_side))
-    check_world(concrete, source)
+    check_world(concrete, f"{find_world(name_or_path)} (seed {options.seed})")
     result = _describe(concrete, options, world_files(name_or_path))
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
@@ -146,7 +140,7 @@ def run_world(
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        run_episode(simulator, stack, duration=world.duration, hooks=[metrics, *recorders, *hooks])
+        run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks])
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -175,12 +169,16 @@ def run_world(
     return RunResult(folder, tuple(results), tuple(checks), simulated / took)
 
 
-def _load(name_or_path: str | Path, options: RunOptions) -> World:
-    """Read the world, with the cameras that the options leave."""
+def _concrete(name_or_path: str | Path, options: RunOptions) -> World:
+    """Return the world as the options make it."""
     world = load_world(name_or_path)
-    if options.cameras is None:
-        return world
-    return world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+    if options.cameras is not None:
+        world = world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+    world = vary(world, options.seed)
+    for assumption in options.scaled:
+        world = assumption.apply(world)
+    # Last, so that a seed's mirrored run is the mirror image of its run.
+    return mirrored(world) if options.mirrored else world
 
 
 def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dict[str, Any]:
@@ -278,7 +276,7 @@ def _build(
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     """Make the folder, take away what an earlier run left, write the concrete world, and open the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    for stale in ("result.json", "video.mp4"):
+    for stale in ("result.json", "video.mp4", "report.html"):
         (folder / stale).unlink(missing_ok=True)
     save_world(world, folder / "world.yaml", f"{world.name} as seed {options.seed} makes it, with the cameras in use")
     recorders: list[Hook] = [
@@ -295,7 +293,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     return recorders
 
 
-def _plain(value: float | int | str | bool | None) -> float | int | str | bool | None:
+def _plain(value: Value) -> Value:
     """Round floats to a micro-unit; what is not a number becomes None."""
     if isinstance(value, float):
         return round(value, 6) if math.isfinite(value) else None

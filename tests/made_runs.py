@@ -10,6 +10,7 @@ import numpy as np
 
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_frame
+from han_bullet.device_channel import SIMULATED
 from han_bullet.explain.recorded_run import RecordedRun
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
@@ -26,6 +27,7 @@ SETTINGS: dict[str, Any] = {
     "pass": "left",
     "seed": 0,
     "localization": "simulator",
+    "device_session": SIMULATED,
     "git_commit": "0123",
 }
 

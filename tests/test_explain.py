@@ -20,7 +20,7 @@ from han_bullet.explain.explanation import Explanation, LayerEffect
 from han_bullet.explain.picture import COLOURS, paint
 from han_bullet.explain.recorded_run import read_run
 from han_bullet.explain.replay import AGREEMENT, replay
-from han_bullet.explain.sentences import details, movers, verdict
+from han_bullet.explain.sentences import details, movers, strength, verdict
 from han_bullet.messages import Scene
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.topdown import PATH
@@ -168,6 +168,16 @@ def test_the_picture_shows_the_best_way_and_those_without_a_layer(overtaking: Pa
     assert count(unmoved, COLOURS[0]) == 0
 
 
+def test_of_more_layers_than_colours_the_strongest_are_drawn(overtaking: Path) -> None:
+    replayed = replay(read_run(overtaking), 2.0)
+    explanation = explain(replayed)
+    strongest = max(explanation.way.layers, key=strength)
+    assert strongest.way is not None
+    layers = tuple(replace(strongest, layer=f"layer{number}") for number in range(len(COLOURS) + 1))
+    picture = paint(replayed, replace(explanation, way=replace(explanation.way, layers=layers)))
+    assert count(picture, COLOURS[-1]) > 200
+
+
 def count(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
     return int((picture == colour).all(axis=2).sum())
 
@@ -219,13 +229,15 @@ def test_a_time_outside_the_run_is_refused_with_its_span(overtaking: Path, time:
         ("result.json", "[]", "has no 'perception'"),
         ("trace.csv", "time,robot.x\n", "has no column 'walker.x'"),
         ("messages.csv", "time,device,sent,on,session\n0.0,tv,now,1,\n", "line 2 cannot be read: could not convert"),
+        ("messages.csv", "time,device,sent,on,session\ninf,tv,0.0,1,\n", "line 2 cannot be read: cannot convert"),
+        ("tracks.csv", "time,id\xff\n", "cannot be read: 'utf-8' codec"),
         ("world.yaml", "name: [", "not readable as YAML"),
     ],
 )
 def test_a_broken_file_is_named(overtaking: Path, tmp_path: Path, name: str, content: str, words: str) -> None:
     folder = tmp_path / "broken"
     shutil.copytree(overtaking, folder)
-    (folder / name).write_text(content)
+    (folder / name).write_bytes(content.encode("latin-1"))
     message = refusal(folder)
     assert str(folder / name) in message and words in message
 
@@ -273,7 +285,7 @@ def test_two_people_who_stand_abreast_close_the_corridor_by_their_bodies() -> No
     run = made_run(places, 41, lambda camera, time: list(places.values()) if camera == "camera1" else [])
     explanation = explain(replayed(run))
     assert [person.track for person in explanation.people] in ([0, 1], [1, 0])
-    assert explanation.way.best is None and explanation.way.taken is None
+    assert explanation.way.best is None and explanation.way.taken_cost == math.inf
     (sentence,) = verdict(explanation.way)
     assert sentence.startswith("body closed the way, because of track ")
     assert "without it there is one of 13." in sentence

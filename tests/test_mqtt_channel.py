@@ -103,6 +103,22 @@ def test_a_broker_that_dies_is_told_and_found_again_when_it_is_back(
 
 
 @pytest.mark.mosquitto
+def test_a_broker_that_refused_for_a_while_is_told_anew_when_it_is_gone(
+    broker: Broker, caplog: pytest.LogCaptureFixture
+) -> None:
+    with MqttChannel(broker.address):
+        broker.stop()
+        broker.start("allow_anonymous false")
+        until(lambda: any("Not authorized" in line for line in caplog.messages))
+        broker.stop()
+        broker.start()
+        until(lambda: any("is back" in line for line in caplog.messages))
+        caplog.clear()
+        broker.stop()
+        until(lambda: any("is gone" in line for line in caplog.messages))
+
+
+@pytest.mark.mosquitto
 def test_a_broker_that_wants_a_password_is_refused_with_its_reason(broker: Broker) -> None:
     broker.stop()
     broker.start("allow_anonymous false")

@@ -122,6 +122,28 @@ def test_without_its_layer_a_world_fails_on_what_the_layer_is_for(
 
 
 @pytest.mark.scenario
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(
+    ("world", "layer", "metric"),
+    [
+        ("head_on", "oncoming", "minimum_distance.walker"),
+        ("doorway", "personal_still", "minimum_distance.bystander"),
+        ("real1", "personal_still", "minimum_distance.first"),
+    ],
+)
+def test_whatever_the_seed_its_layer_keeps_the_robot_farther_away(
+    world: str, layer: str, metric: str, seed: int, tmp_path: Path
+) -> None:
+    distances = []
+    for without in ((), (layer,)):
+        options = RunOptions(seed=seed, perception="truth", video=False, without=without)
+        distances.append(values(run_world(world, options, tmp_path))[metric])
+    farther, nearer = distances
+    assert isinstance(farther, float) and isinstance(nearer, float)
+    assert farther > nearer + 0.02  # [m]
+
+
+@pytest.mark.scenario
 def test_with_traffic_on_the_other_side_the_robot_passes_on_the_right(tmp_path: Path) -> None:
     document = yaml.safe_load(find_world("real2").read_text())
     document["people"][0]["start"][1] = 0.2
@@ -183,6 +205,16 @@ def brief(world: str, folder: Path, duration: float) -> Path:
     path = folder / "brief.yaml"
     path.write_text(yaml.safe_dump(document))
     return path
+
+
+@pytest.mark.scenario
+def test_a_run_leaves_nothing_behind_that_an_earlier_one_made_of_its_result(tmp_path: Path) -> None:
+    stale = [tmp_path / name for name in ("video.mp4", "report.html")]
+    for file in stale:
+        file.write_bytes(b"of an earlier run")
+    run_world(brief("real2", tmp_path, 0.2), RunOptions(perception="truth", video=False), tmp_path)
+    assert (tmp_path / "result.json").exists()
+    assert not any(file.exists() for file in stale)
 
 
 def without_timings(folder: Path) -> dict[str, object]:

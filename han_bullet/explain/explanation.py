@@ -140,8 +140,7 @@ class WayExplained:
 
     Attributes:
         status: What the robot was up to.
-        taken: The way that the robot was on, shape (n, 2) [m]; None where it had none.
-        taken_cost: On the costmap of that time.
+        taken_cost: Of the way that the robot was on, on the costmap of that time; infinite where it had none.
         best: The best one of that time; the robot keeps an older one while that is hardly dearer.
         best_cost: Its cost.
         best_length: [m].
@@ -151,7 +150,6 @@ class WayExplained:
     """
 
     status: Status
-    taken: Array | None
     taken_cost: float
     best: Array | None
     best_cost: float

@@ -52,7 +52,7 @@ def draw(replayed: Replay, explanation: Explanation, path: Path) -> None:
 def paint(replayed: Replay, explanation: Explanation) -> Picture:
     """Return the picture, RGB, shape (height, width, 3)."""
     way = explanation.way
-    effects = [effect for effect in movers(way) if effect.way is not None]
+    effects = [effect for effect in movers(way) if effect.way is not None][: len(COLOURS)]
     colours = {effect.layer: colour for effect, colour in zip(effects, COLOURS, strict=False)}
     lines: list[tuple[str, Colour | None]] = [
         (f"{explanation.world}, seed {explanation.seed}, {explanation.time:.2f} s: {'; '.join(verdict(way))}", None),

@@ -22,7 +22,7 @@ from han_bullet.world_schema import CONTROL_PERIOD, World
 FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "feet.csv", "messages.csv")
 Row = dict[str, str]
 Value = TypeVar("Value")
-SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "git_commit")
+SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "device_session", "git_commit")
 
 
 @dataclass(frozen=True)
@@ -117,14 +117,14 @@ def _rows(path: Path, header: Sequence[str], parse: Callable[[Row], Value]) -> I
     """Return the tick and the value of each line; `time` is the first column of every table."""
     with path.open(encoding="utf-8", newline="") as file:
         lines = csv.DictReader(file)
-        missing = sorted(set(header) - set(lines.fieldnames or ()))
-        if missing:
-            raise BadInputError(f"{path}: has no column {missing[0]!r}; a run of this version writes it")
-        for row in lines:
-            try:
+        try:
+            missing = sorted(set(header) - set(lines.fieldnames or ()))
+            if missing:
+                raise BadInputError(f"{path}: has no column {missing[0]!r}; a run of this version writes it")
+            for row in lines:
                 yield round(float(row["time"]) / CONTROL_PERIOD), parse(row)
-            except (ValueError, TypeError, KeyError) as error:
-                raise BadInputError(f"{path}: line {lines.line_num} cannot be read: {quoted(error)}") from error
+        except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
+            raise BadInputError(f"{path}: line {lines.line_num} cannot be read: {quoted(error)}") from error
 
 
 def _by_tick(rows: Iterable[tuple[int, Value]]) -> dict[int, list[Value]]:

@@ -13,7 +13,6 @@ from han_bullet.assembly import build_stack, build_tracker, known_devices
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_frame
 from han_bullet.detection.camera_detector import FrameDetector
-from han_bullet.device_channel import SIMULATED
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun, TrackRow
@@ -120,7 +119,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         tracker=tracker,
         without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
         pass_side=settings["pass"],
-        devices=known_devices(world, settings.get("device_session", SIMULATED)),
+        devices=known_devices(world, settings["device_session"]),
     )
 
 

@@ -43,7 +43,6 @@ class WayReport:
         taken = None if path is None else path.points_in_world
         return WayExplained(
             self._tick.decision.status,
-            taken,
             self._cost(self._costmap, taken),
             self._best,
             self._cost(self._costmap, self._best),

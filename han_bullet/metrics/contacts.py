@@ -67,10 +67,8 @@ class ContactTally(Tally):
     def __init__(self) -> None:
         self._last: dict[tuple[str, str], float] = {}
         self._counts: Counter[str] = Counter()
-        self._velocities: tuple[Array, Array] = (
-            np.zeros(2),
-            np.zeros(2),
-        )  # in the world, of the last tick and this one [m/s]
+        # In the world, of the last tick and this one [m/s].
+        self._velocities: tuple[Array, Array] = (np.zeros(2), np.zeros(2))
 
     def record(self, tick: Tick) -> None:
         """Count the contacts that begin; each body's own, so that two people at once are two."""

@@ -17,10 +17,10 @@ _SURFACES = f"centres less the robot's radius and {PERSON_RADIUS:g} m of person"
 
 
 def _zone(begins: float, ends: float) -> str:
-    upper = f"{ends:g})" if math.isfinite(ends) else "infinity); without people 1"
+    upper, alone = (f"{ends:g}", "") if math.isfinite(ends) else ("infinity", "; 1 without people")
     return (
-        f"share of ticks in which the surface of the nearest person is [{begins:g}, {upper} m from the robot's "
-        f"({_SURFACES}; overlap counts as 0); the four zones sum to 1 [Hall1966]"
+        f"share of ticks in which the surface of the nearest person is [{begins:g}, {upper}) m from the robot's "
+        f"({_SURFACES}; overlap counts as 0){alone}; the four zones sum to 1 [Hall1966]"
     )
 
 

@@ -31,7 +31,7 @@ class SeatedTally(Tally):
     """How much the robot was behind seated people.
 
     Args:
-        people: Names of all people.
+        people: Names of those who sit.
     """
 
     group = "people"
