@@ -5,7 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from mosquitto import PROGRAM, Broker, running
+
+settings.register_profile("untimed", deadline=None)  # no test is about how fast a machine is
+settings.load_profile("untimed")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

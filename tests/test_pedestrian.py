@@ -1,3 +1,4 @@
+import json
 import math
 from itertools import pairwise
 
@@ -6,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from han_bullet.device_channel import EmbeddedChannel
 from han_bullet.geometry import Pose2D, wrap_angle
 from han_bullet.messages import Posture
 from han_bullet.sim.behaviours import Behaviour, Sitting, Standing, Walking, behaviour_of
@@ -128,10 +130,11 @@ def test_someone_seated_has_the_seats_pose() -> None:
     assert seated.posture is Posture.SEATED
 
 
-def test_a_television_reports_its_state_at_first_and_then_only_changes() -> None:
-    television = Television(TV(name="tv", position=(0.0, 0.0), facing=0.0, turns_on=Trigger(delay=1.0)))
-    sent = []
-    for tick in range(40):
+def test_a_television_tells_its_state_at_first_when_it_changes_and_every_second() -> None:
+    television = Television(TV(name="tv", position=(0.0, 0.0), facing=0.0, turns_on=Trigger(delay=1.5)))
+    channel, told = EmbeddedChannel(), []
+    for tick in range(50):
         television.advance(robot(0.05 * tick))
-        sent += [(message.time, message.on) for message in television.messages(0.05 * tick)]
-    assert sent == [(0.0, False), (1.0, True)]
+        television.tell(0.05 * tick, channel)
+        told += [json.loads(payload) for payload in channel.receive()]
+    assert [(round(one["time"], 9), one["on"]) for one in told] == [(0.0, False), (1.0, False), (1.5, True)]
