@@ -67,7 +67,7 @@ def test_the_table_counts_what_was_met_and_names_the_seeds_where_it_was_not() ->
     console = Console(record=True, width=100)
     console.print(sweep._table(rows))
     text = console.export_text()
-    assert "1 of 4" in text and "seeds 1, 3: x = 2, expected <= 1" in text and "seed 2: not run" in text
+    assert "1 of 4" in text and "seed 1: x = 2, expected <= 1, and in 1 more" in text and "seed 2: not run" in text
 
 
 def test_where_nobody_watches_a_line_tells_of_the_end_and_of_rows_of_another_commit() -> None:

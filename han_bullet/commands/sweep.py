@@ -132,9 +132,10 @@ def _table(rows: Sequence[dict[str, Any]]) -> Table:
 
 
 def _unmet(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return what was not met, with the seeds where it was not."""
+    """Return a line per metric that was not met: how often, and the first seed where, with its value."""
     where: dict[str, list[str]] = {}
     for row in rows:
         if not row["passed"]:
-            where.setdefault(row["failed"] or "not run", []).append(str(row["seed"]))
-    return [f"seed{'s' * (len(seeds) > 1)} {', '.join(seeds)}: {what}" for what, seeds in where.items()]
+            for what in (row["failed"] or "not run").split("; "):
+                where.setdefault(what.split(" = ")[0], []).append(f"seed {row['seed']}: {what}")
+    return [found[0] + (f", and in {len(found) - 1} more" if len(found) > 1 else "") for found in where.values()]
