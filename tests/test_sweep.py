@@ -183,11 +183,19 @@ def test_a_run_outlives_a_killed_worker_and_a_sweep_outlives_any_run(
     assert capfd.readouterr() == ("", "")  # dask's own tale of dying workers is not told
 
 
+def hears_the_keyboard() -> None:
+    """Undo what a shell does to what it starts in the background, and a process hands down: to ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextlib.contextmanager
 def stopped_after(rows: int, command: list[str], out: Path, by: signal.Signals) -> Iterator[int]:
     """Start a sweep as a command of its own, end it after some rows; give its exit code."""
     sweep = subprocess.Popen(
-        [sys.executable, "-m", "han_bullet.cli", *command], stdout=subprocess.DEVNULL, start_new_session=True
+        [sys.executable, "-m", "han_bullet.cli", *command],
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=hears_the_keyboard,
     )
     while sweep.poll() is None and len(list(out.glob("rows/*.parquet"))) < rows:
         time.sleep(0.02)
