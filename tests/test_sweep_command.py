@@ -10,6 +10,7 @@ from rich.console import Console
 
 from han_bullet.cli import main
 from han_bullet.commands import sweep
+from han_bullet.sweep import running
 from han_bullet.sweep.bar import SweepBar
 
 
@@ -68,6 +69,17 @@ def test_the_table_counts_what_was_met_and_names_the_seeds_where_it_was_not() ->
     console.print(sweep._table(rows))
     text = console.export_text()
     assert "1 of 4" in text and "seed 1: x = 2, expected <= 1, and in 1 more" in text and "seed 2: not run" in text
+
+
+def test_what_a_run_died_of_is_printed_as_it_is_with_all_its_brackets(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    died = row(0, passed=False, error="ValueError: [/] is no index of [red]", folder="runs/a/truth/0")
+    monkeypatch.setattr(running, "run_sweep", lambda *_, **__: [died])
+    assert main(["sweep", "real2", "--variants", "truth", "--seeds", "0", "--out", str(tmp_path / "[out]")]) == 3
+    told = capsys.readouterr().out
+    assert "not run: runs/a/truth/0: ValueError: [/] is no index of [red]\n" in told
+    assert f"results in {tmp_path}/[out]/" in told
 
 
 def test_where_nobody_watches_a_line_tells_of_the_end_and_of_rows_of_another_commit() -> None:

@@ -37,13 +37,13 @@ def _report(options: argparse.Namespace, console: Console) -> int:
     if not options.runs and options.figures is None:
         raise BadInputError("report needs the folder of a run or of a sweep, or --figures DIR; see report --help")
     for folder in options.runs:
-        console.print(f"report: {_write(folder, options.baseline)}", soft_wrap=True)
+        console.print(f"report: {_write(folder, options.baseline)}", markup=False, soft_wrap=True)
     if options.figures is not None:
         from han_bullet.report.paper_figures import write_figures
 
         options.figures.mkdir(parents=True, exist_ok=True)
         for path in write_figures(options.figures):
-            console.print(f"figure: {path}", soft_wrap=True)
+            console.print(f"figure: {path}", markup=False, soft_wrap=True)
     return 0
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from han_bullet.commands.parsing import Commands, Parser, command, names, output_folder, positive
@@ -112,14 +113,15 @@ def _sweep(options: argparse.Namespace, console: Console) -> int:
     console.print(_table(rows))
     errors = [row for row in rows if row["error"] is not None]
     for row in errors:
-        console.print(f"[red]not run[/]: {row['folder']}: {row['error']}", soft_wrap=True)
-    console.print(f"{len(rows) - len(errors)} of {len(plan)} runs are done; results in {options.out}/", soft_wrap=True)
+        console.print(f"[red]not run[/]: {escape(row['folder'])}: {escape(row['error'])}", soft_wrap=True)
+    done = f"{len(rows) - len(errors)} of {len(plan)} runs are done; results in {options.out}/"
+    console.print(done, markup=False, soft_wrap=True)
     return NOT_RUN if errors else 0
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> Table:
     """Return how often each world with each variant met its expectations, and where it did not."""
-    table = Table(title_justify="left")
+    table = Table()
     for heading in ("world", "variant", "met", "not met"):
         table.add_column(heading, justify="right" if heading == "met" else "left", overflow="fold")
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
@@ -127,7 +129,7 @@ def _table(rows: Sequence[dict[str, Any]]) -> Table:
         groups.setdefault((row["world"], row["variant"]), []).append(row)
     for (world, variant), group in groups.items():
         met = sum(row["passed"] for row in group)
-        table.add_row(world, variant, f"{met} of {len(group)}", "\n".join(_unmet(group)))
+        table.add_row(escape(world), variant, f"{met} of {len(group)}", escape("\n".join(_unmet(group))))
     return table
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from han_bullet.sweep.running import Onlooker, of_other_commits
@@ -43,7 +44,7 @@ class SweepBar(Onlooker):
         if others:
             example = f"{others[0]['folder']} of {others[0]['git_commit']}"
             self._console.print(
-                f"[yellow]of another commit[/]: {len(others)} of them, such as {example}", soft_wrap=True
+                f"[yellow]of another commit[/]: {len(others)} of them, such as {escape(example)}", soft_wrap=True
             )
         self._runs, self._began = runs, time.perf_counter()
         self._task = self._bar.add_task("", total=runs, pace="starting")
