@@ -1,8 +1,10 @@
 """The page of a run: one file that stands alone, tells the outcome in words and escapes what it did not write."""
 
+import argparse
 import base64
 import json
 import re
+import shlex
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
@@ -146,7 +148,7 @@ def test_perception_is_shown_where_there_were_cameras(run: Path) -> None:
     change_result(run, perception="cameras", cameras=["camera4"], association="nn", detector={"threshold": 9.5})
     text = outline(write_run_page(run)).text
     assert "when a confirmed track was matched" in text and "This run had no cameras" not in text
-    assert "--cameras camera4 --association nn --threshold 9.5" in text
+    assert "--cameras camera4 --association nn --threshold=9.5" in text
 
 
 def test_a_small_video_is_in_the_page_and_a_large_one_beside_it(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,6 +179,22 @@ def test_the_command_line_makes_the_run_again(run: Path) -> None:
     assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
     change_result(run, mirrored=True)  # whose own side is the right one
     assert command_line(read_result(run)).endswith("overtake,oncoming --mirrored")
+
+
+@pytest.mark.parametrize("threshold", [10.934406280517578, -1e6])
+def test_the_threshold_is_read_from_the_command_line_as_it_was(run: Path, threshold: float) -> None:
+    detector = {"proposer": "acf_inria", "classifier": "cnn_inria", "threshold": threshold}
+    change_result(run, perception="cameras", cameras=["camera4"], association="nnjpda", detector=detector)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--threshold", type=float)
+    read, _ = parser.parse_known_args(shlex.split(command_line(read_result(run))))
+    assert read.threshold == threshold
+
+
+def test_the_command_line_of_a_run_with_a_scaled_assumption_is_not_said_to_be_all(run: Path) -> None:
+    assert "which only han-bullet sweep can" not in outline(write_run_page(run)).text
+    change_result(run, scaled=["interaction.gamma*0.5"])
+    assert "with the assumptions below scaled, which only han-bullet sweep can" in outline(write_run_page(run)).text
 
 
 def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:

@@ -186,8 +186,9 @@ def _all_metrics(metrics: tuple[MetricEntry, ...]) -> Html:
 
 def _provenance(result: ResultFile) -> Html:
     detector = ", ".join(f"{name} {value}" for name, value in (result.detector or {}).items() if value is not None)
+    scaled = [" with the assumptions below scaled, which only han-bullet sweep can"] if result.scaled else []
     facts = {
-        "made again by": element("code", command_line(result)),
+        "made again by": together([element("code", command_line(result)), *scaled]),
         "world": f"{result.world}, sha256 {result.world_sha256}",
         "seed": str(result.seed),
         "perception": result.perception,
@@ -214,7 +215,7 @@ def command_line(result: ResultFile) -> str:
         if result.association not in (None, "nnjpda"):
             words += ["--association", str(result.association)]
         threshold = (result.detector or {}).get("threshold")
-        words += [] if threshold is None else ["--threshold", f"{threshold:g}"]
+        words += [] if threshold is None else [f"--threshold={threshold!r}"]  # to the last digit; may be negative
     missing = [layer.name for layer in STANDARD if layer.name not in result.layers]
     words += ["--without", ",".join(missing)] if missing else []
     words += ["--mirrored"] if result.mirrored else []
