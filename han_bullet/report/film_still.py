@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import cv2
@@ -15,13 +16,11 @@ QUALITY = 85  # of the JPEG, in per cent
 def middle_picture(video: Path) -> bytes | None:
     """Return a JPEG file of a video's middle, or None where it cannot be read."""
     try:
-        reader = imageio_ffmpeg.read_frames(str(video))
-        duration = next(reader)["duration"]
-        reader.close()
-        reader = imageio_ffmpeg.read_frames(str(video), input_params=["-ss", f"{0.5 * duration:.2f}"])
-        width, height = next(reader)["size"]
-        frame = np.frombuffer(next(reader), np.uint8).reshape(height, width, 3)
-        reader.close()
+        with closing(imageio_ffmpeg.read_frames(str(video))) as reader:
+            duration = next(reader)["duration"]
+        with closing(imageio_ffmpeg.read_frames(str(video), input_params=["-ss", f"{0.5 * duration:.2f}"])) as reader:
+            width, height = next(reader)["size"]
+            frame = np.frombuffer(next(reader), np.uint8).reshape(height, width, 3)
     except (OSError, RuntimeError, StopIteration, KeyError, ValueError):
         return None
     small = cv2.resize(frame, (WIDTH, round(height * WIDTH / width)), interpolation=cv2.INTER_AREA)
