@@ -14,7 +14,7 @@ from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, VERMILION, person
 from han_bullet.report.compared import Figure as Compared
 from han_bullet.report.compared import minimum_distances
 from han_bullet.report.floor_plan import draw_floor_plan
-from han_bullet.report.run_charts import DEFAULT_ROBOT_RADIUS, PASSING
+from han_bullet.report.run_charts import PASSING
 from han_bullet.report.run_files import Trace
 from han_bullet.report.sweep_files import Sweep, SweepRow
 from han_bullet.world_schema import World
@@ -61,8 +61,14 @@ def _draw_map(axes: Axes, world: World | None, names: bool = True) -> None:
         draw_floor_plan(axes, world, cameras=False, names=names)
 
 
-def draw_minimum_distances(sweep: Sweep, world: str, robot_radius: float = DEFAULT_ROBOT_RADIUS) -> bytes | None:
-    """Draw a strip per variant and person: how near the robot came in each run; None without people."""
+def draw_minimum_distances(sweep: Sweep, world: str, robot_radius: float) -> bytes | None:
+    """Draw a strip per variant and person: how near the robot came in each run; None without people.
+
+    Args:
+        sweep: Where the runs are.
+        world: Name of the world.
+        robot_radius: Of its robot [m], for the line at which bodies touch.
+    """
     variants = [variant for variant in sweep.variants if sweep.of(world, variant)]
     figures = minimum_distances(row for row in sweep.rows if row.world == world)
     if not figures:

@@ -13,6 +13,7 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.errors import BadInputError
 from han_bullet.report.markup import Html, captioned, element, more, paragraph, picture, table, together
 from han_bullet.report.page import Section, page
+from han_bullet.report.run_charts import DEFAULT_ROBOT_RADIUS
 from han_bullet.report.run_files import Trace, find_map, read_trace
 from han_bullet.report.sweep_charts import draw_all_ways, draw_minimum_distances, draw_small_map
 from han_bullet.report.sweep_files import Sweep, SweepRow, read_sweep
@@ -23,8 +24,9 @@ COMPARISON_NOTE = (
     "Both variants ran the same seeds, so differences are taken seed by seed. Intervals are 95 % bootstrap intervals "
     "over pairs (BCa, 10 000 resamples, fixed random seed) of the mean difference and of the ratio of the means; none "
     "is given below five pairs, nor for a ratio whose baseline has zeros. “better” and “worse” stand where the "
-    "interval leaves zero out; of twenty such intervals about one does so by chance. A figure counts the seeds that "
-    "have it in both; pp are percentage points."
+    "interval leaves zero out. Where nothing differs but by chance, about one interval in twenty does so with twenty "
+    "pairs, one in ten with ten, and one in six with five. A figure counts the seeds that have it in both; pp are "
+    "percentage points."
 )
 
 
@@ -101,18 +103,28 @@ def _comparisons(sweep: Sweep, baseline: str) -> Html:
 
 
 def _assumptions(rows: Html) -> Html:
-    note = "Runs that met every expectation with one assumption scaled, beside the same seeds with it unchanged."
+    note = (
+        "Runs that met every expectation with one assumption scaled, beside those with it unchanged. A value that "
+        "would exceed the largest with a meaning is set to that one."
+    )
     return together([paragraph(note, class_="note"), rows])
 
 
 def _distances(sweep: Sweep) -> Html:
     parts = []
     for world in sweep.worlds:
-        drawn = draw_minimum_distances(sweep, world)
+        drawn = draw_minimum_distances(sweep, world, _robot_radius(sweep, world))
         if drawn is not None:
             alternative = f"Minimum distance to each person in {world}, by variant"
             parts.append(captioned(picture(drawn, alternative), f"{world}: one mark per run."))
     return together(parts)
+
+
+def _robot_radius(sweep: Sweep, world: str) -> float:
+    """Return the radius of a world's robot [m], from the first run whose copy of the world is left."""
+    rows = (row for row in sweep.rows if row.world == world)
+    known = (found for row in rows if (found := find_map(sweep.folder / row.folder)) is not None)
+    return next((found.robot.radius for found in known), DEFAULT_ROBOT_RADIUS)
 
 
 def _all_ways(sweep: Sweep) -> Html:
