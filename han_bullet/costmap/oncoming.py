@@ -50,9 +50,9 @@ class OncomingLayer(Layer):
                 self._raise_way(costmap, person)
 
     def _raise_way(self, costmap: Costmap, person: TrackedPerson) -> None:
-        length = person.speed * self.horizon
+        length, direction = person.speed * self.horizon, _direction(person)
         for along in np.arange(0.0, length, STRIDE * self.side):
-            place = person.position_in_world + along * _direction(person)
+            place = person.position_in_world + along * direction
             raise_asym_gauss(costmap, place, 0.0, self.side, self.side, self.side, self.amplitude)
 
 
