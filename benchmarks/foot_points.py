@@ -10,7 +10,7 @@ Usage: python -m benchmarks.foot_points [--worlds real4,real2,sim2] [--seeds 2] 
 import argparse
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -73,8 +73,10 @@ class FootPoints(Hook):
         postures = [person.posture.value for person in tick.truth.people]
         for frame, found in zip(tick.observation.frames, tick.decision.detections, strict=True):
             bare = Detections(found.boxes, found.scores, found.probabilities)
-            for way, detections in zip(WAYS, (bare, found), strict=True):
-                scan = self._projection.project(frame, detections, tick.observation.pose_robot_in_world)
+            robot = tick.observation.pose_robot_in_world
+            rows = self._projection.known_rows(frame, found.boxes, found.feet, robot)
+            for way, detections in zip(WAYS, (bare, replace(found, feet=rows)), strict=True):
+                scan = self._projection.project(frame, detections, robot)
                 self.errors[way] += self._compare(frame, detections, scan, people, postures)
 
     def _compare(

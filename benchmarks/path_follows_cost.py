@@ -145,8 +145,8 @@ def draw(ways: dict[str, list[Path]], file: File) -> None:
         case = CASES[name]
         alone = Costmap.covering([case.floor], RESOLUTION)
         case.layer().apply(alone, case.scene)
-        axes.imshow(alone.cost, origin="lower", extent=(*case.floor[0], *case.floor[1]), cmap="Greys", vmax=400)
         extent = (*case.floor[0], *case.floor[1])
+        axes.imshow(alone.cost, origin="lower", extent=extent, cmap="Greys", vmax=400)
         axes.contour(blocked_map(case).cost > SOCIAL_MAX, [0.5], extent=extent, colors="0.6")
         for amplitude, way in zip(AMPLITUDES, found, strict=True):
             colour = colormaps["viridis"](0.9 * amplitude)

@@ -25,7 +25,7 @@ from benchmarks.provenance import provenance
 from han_bullet.markdown import markdown_table
 from han_bullet.sweep.plan import PlannedRun, plan_sweep
 from han_bullet.sweep.running import Onlooker, run_sweep
-from han_bullet.world_file import find_world
+from han_bullet.world_file import world_document
 
 PROCESSES = (1, 2)
 
@@ -79,7 +79,7 @@ def measure(plan: Sequence[PlannedRun], processes: int) -> Speed:
 def shortened(world: str, duration: float, folder: Path) -> Path:
     """Return a copy of a shipped world that ends after a duration [s]."""
     path = folder / f"{world}.yaml"
-    path.write_text(yaml.safe_dump(yaml.safe_load(find_world(world).read_text()) | {"duration": duration}))
+    path.write_text(yaml.safe_dump(world_document(world) | {"duration": duration}))
     return path
 
 

@@ -62,10 +62,10 @@ def layers_against_none(sweep: Sweep, variant: str) -> str | None:
             ways = [_by_seed(sweep.of(world, one), name) for one in (variant, variant + WITHOUT)]
             found = compare(*ways)
             if found is not None and not found.equal:
-                low, high = (found.interval.low, found.interval.high) if found.interval else (math.nan, math.nan)
+                within = "-" if found.interval is None else f"{found.interval.low:.4f} to {found.interval.high:.4f}"
                 ratio = "-" if found.ratio is None else f"{found.ratio:.2f}"
                 means = (f"{found.mean:.4f}", f"{found.baseline_mean:.4f}")
-                rows.append([world, name, found.pairs, *means, ratio, f"{low:.4f} to {high:.4f}"])
+                rows.append([world, name, found.pairs, *means, ratio, within])
     columns = ("world", "metric", "pairs", "with layers", "without", "ratio", "95 % of the difference")
     return markdown_table(columns, rows) if rows else None
 
@@ -118,7 +118,7 @@ def section(folder: Path) -> str:
     scaled = {assumption.variant for assumption in assumptions(sweep.variants)}
     plain = [variant for variant in sweep.variants if variant not in scaled]
     whole = [variant for variant in plain if not variant.endswith(WITHOUT)]
-    commits = ", ".join(sorted({run.git_commit[:12] for run in sweep.rows}))
+    commits = ", ".join(sorted({_short(run.git_commit) for run in sweep.rows}))
     parts = [f"### Sweep {folder.name}\n\n{len(sweep.rows)} runs, commit {commits}"]
     parts += [sensitivity(sweep) or passes(sweep, plain)]
     for variant in whole:
@@ -130,6 +130,12 @@ def section(folder: Path) -> str:
                 parts.append(f"**{title}: {variant}**, paired by seed\n\n{found}")
     failures = unmet(sweep, whole)
     return "\n\n".join([*parts, f"Not met:\n\n{failures}"] if failures else parts)
+
+
+def _short(commit: str) -> str:
+    """Return a commit's first digits, still marked where files differed."""
+    digits, dash, mark = commit.partition("-")
+    return digits[:12] + dash + mark
 
 
 def main() -> None:
