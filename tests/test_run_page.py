@@ -19,7 +19,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
 from han_bullet.report.film_still import middle_picture
 from han_bullet.report.run_files import read_result, read_run
-from han_bullet.report.run_moments import device_moments, position_errors
+from han_bullet.report.run_moments import position_errors
 from han_bullet.report.run_page import command_line, write_run_page
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.world_file import find_world, read_yaml
@@ -127,13 +127,21 @@ def test_without_its_world_a_run_is_told_without_a_map_and_the_page_says_so(run:
     assert "no world.yaml, so no map is drawn" in outline(write_run_page(run)).text
 
 
-def test_a_device_is_marked_when_it_goes_on(run: Path) -> None:
+def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> None:
     read = read_run(run)
     assert read.world is not None
-    moment = device_moments(read.world, read.trace)["tv"]
-    tick = int(np.abs(read.trace.time - moment).argmin())
+    tick = int(np.abs(read.trace.time - read.devices_on["tv"]).argmin())
     distance = np.hypot(*(read.trace.poses[:, :2] - read.world.devices[0].position).T)
     assert distance[tick] <= 4.0 < distance[tick - 1]  # as the world file says: the robot within 4 m
+    text = outline(write_run_page(run)).text
+    assert "Dotted lines mark when the robot was told" in text
+    (run / "messages.csv").write_text("time,device,sent,on,session\n0.000000,tv,0.000000,0,simulator\n")
+    assert read_run(run).devices_on == {} and "Dotted lines" not in outline(write_run_page(run)).text
+
+
+def test_a_mirrored_run_says_so_on_top(run: Path) -> None:
+    change_result(run, mirrored=True)
+    assert outline(write_run_page(run)).text.strip().startswith("sim2, mirrored, seed 1")
 
 
 def test_true_perception_has_no_errors_and_strangers_have_no_track(run: Path) -> None:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from han_bullet.geometry import Array
+from han_bullet.metrics.distances import ZONES
 from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
@@ -18,8 +19,7 @@ from han_bullet.report.run_files import PersonWay, Run, Trace
 
 MARK_EVERY = 5.0  # [s] along the ways
 WIDTH = 11.0  # [inch]; text of 9 points stays readable where the page shows it narrower
-HALL = ((0.0, 0.45, "intimate"), (0.45, 1.2, "personal"), (1.2, 3.6, "social"))  # [m] from, to [Hall1966]
-HALL_TINTS = ("#f6ded2", "#faeee4", "#fbf8ee")
+ZONE_TINTS = {"intimate": "#f6ded2", "personal": "#faeee4", "social": "#fbf8ee"}
 PASSING = 0.75  # [m] between centres, which passing robots are to keep [Mateus2019]
 FARTHEST_SHOWN = 5.0  # [m]
 DEFAULT_ROBOT_RADIUS = 0.3  # [m], where the world is not known
@@ -94,7 +94,7 @@ def _legend(run: Run) -> list[Line2D]:
     return [start, end, tracks, *people]
 
 
-def draw_encounters(run: Run, moments: Mapping[str, float]) -> bytes:
+def draw_encounters(run: Run) -> bytes:
     """Draw the distance to each person and the robot's speed over time, with the moments at which devices went on."""
     trace = run.trace
     radius = DEFAULT_ROBOT_RADIUS if run.world is None else run.world.robot.radius
@@ -115,15 +115,18 @@ def draw_encounters(run: Run, moments: Mapping[str, float]) -> bytes:
         speed.plot(trace.time, trace.speed, color=ROBOT)
         speed.set(xlabel="time [s]", ylabel="speed [m/s]", ylim=(0.0, None))
         grid(speed)
-        _draw_moments((distance, speed), moments)
+        _draw_moments((distance, speed), run.devices_on)
         return svg(figure)
 
 
 def _draw_zones(axes: Axes, robot_radius: float) -> None:
-    for (low, high, name), tint in zip(HALL, HALL_TINTS, strict=True):
-        axes.axhspan(low, high, color=tint, linewidth=0, zorder=0)
-        axes.text(0.003, high - 0.03, name, transform=axes.get_yaxis_transform(), va="top", fontsize=7, color=GREY)
-    touch = robot_radius + PERSON_RADIUS
+    """Draw Hall's zones, which are between surfaces, over distances between centres."""
+    below = touch = robot_radius + PERSON_RADIUS
+    for name, tint in ZONE_TINTS.items():
+        top = touch + ZONES[name]
+        axes.axhspan(below, top, color=tint, linewidth=0, zorder=0)
+        below = top
+        axes.text(0.003, top - 0.03, name, transform=axes.get_yaxis_transform(), va="top", fontsize=7, color=GREY)
     axes.axhline(PASSING, color=BLACK, linewidth=0.8, linestyle="--")
     axes.axhline(touch, color=BLACK, linewidth=0.8)
     write_beside(axes, "0.75 m, to be kept in passing", (0.07 * axes.get_xlim()[1], PASSING), (0.0, 2.0), align="left")

@@ -117,6 +117,7 @@ class Run:
         result: Of result.json.
         trace: Of trace.csv.
         tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
+        devices_on: When the robot was first told that a device is on [s], by its name.
         world: What the map shows; None where it is not known.
     """
 
@@ -124,6 +125,7 @@ class Run:
     result: ResultFile
     trace: Trace
     tracks: Mapping[float, tuple[Array, Array]]
+    devices_on: Mapping[str, float]
     world: World | None
 
 
@@ -139,7 +141,8 @@ def read_run(folder: Path) -> Run:
         BadInputError: A file is missing or is not what a run writes.
     """
     result = read_result(folder)
-    return Run(folder, result, read_trace(folder), _read_tracks(folder), find_map(folder))
+    trace, tracks, devices_on = read_trace(folder), _read_tracks(folder), _read_devices_on(folder)
+    return Run(folder, result, trace, tracks, devices_on, find_map(folder))
 
 
 def read_result(folder: Path) -> ResultFile:
@@ -189,6 +192,19 @@ def _read_tracks(folder: Path) -> dict[float, tuple[Array, Array]]:
         raise BadInputError(f"{folder / 'tracks.csv'}: no tracks of a run ({quoted(error)})") from error
     tables = {moment: np.array(found) for moment, found in by_time.items()}
     return {moment: (found[:, 0], found[:, 1:]) for moment, found in tables.items()}
+
+
+def _read_devices_on(folder: Path) -> dict[str, float]:
+    header, rows = _read_table(folder / "messages.csv")
+    moments: dict[str, float] = {}
+    try:
+        time, device, on = (header.index(name) for name in ("time", "device", "on"))
+        for row in rows:
+            if row[on] == "1":
+                moments.setdefault(row[device], float(row[time]))
+    except ValueError as error:
+        raise BadInputError(f"{folder / 'messages.csv'}: no messages of a run ({quoted(error)})") from error
+    return moments
 
 
 def _read_table(path: Path) -> tuple[list[str], Sequence[Sequence[str]]]:

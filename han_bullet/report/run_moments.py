@@ -1,4 +1,4 @@
-"""What a run's tables tell over time: when devices went on, and whom the stack knew how well."""
+"""What a run's tables tell over time: whom the stack knew how well."""
 
 from __future__ import annotations
 
@@ -7,25 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from han_bullet.geometry import Array, Pose2D
+from han_bullet.geometry import Array
 from han_bullet.metrics.perceived import match
-from han_bullet.report.run_files import Run, Trace
-from han_bullet.sim.devices import Television
-from han_bullet.sim.trigger import RobotNow
-from han_bullet.world_schema import World
-
-
-def device_moments(world: World, trace: Trace) -> dict[str, float]:
-    """Return when each device went on [s], those that never did left out; what triggers it is asked at every tick."""
-    moments: dict[str, float] = {}
-    for tv in world.devices:
-        device = Television(tv)
-        for time, pose, speed in zip(trace.time.tolist(), trace.poses.tolist(), trace.speed.tolist(), strict=True):
-            device.advance(RobotNow(time, Pose2D(*pose), speed))
-            if device.on:
-                moments[tv.name] = time
-                break
-    return moments
+from han_bullet.report.run_files import Run
 
 
 def position_errors(run: Run) -> Mapping[str, Array]:

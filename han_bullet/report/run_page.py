@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 
 from han_bullet.atomic_file import write_at_once
@@ -25,7 +24,7 @@ from han_bullet.report.markup import (
 from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
 from han_bullet.report.run_files import CheckEntry, MetricEntry, ResultFile, Run, Value, read_run
-from han_bullet.report.run_moments import device_moments, position_errors
+from han_bullet.report.run_moments import position_errors
 
 LARGEST_EMBEDDED = 12 * 2**20  # [B] of a video; a third more as text, which browsers still open at once
 KEY_METRICS = (
@@ -65,7 +64,8 @@ def run_page(run: Run) -> bytes:
         Section("figures", "All figures", _all_metrics(result.metrics)),
         Section("provenance", "Where this comes from", _provenance(result)),
     ]
-    return page(f"{result.world}, seed {result.seed}", description, _opening(result), sections)
+    title = f"{result.world}{', mirrored' if result.mirrored else ''}, seed {result.seed}"
+    return page(title, description, _opening(result), sections)
 
 
 def _opening(result: ResultFile) -> Html:
@@ -131,13 +131,13 @@ def _ways(run: Run) -> Html:
 
 
 def _encounters(run: Run) -> Html:
-    moments: Mapping[str, float] = {} if run.world is None else device_moments(run.world, run.trace)
     caption = (
-        "Above: true distance between the centres of robot and person; triangles mark the nearest moment, bands are "
-        "Hall's zones of intimate (to 0.45 m), personal (to 1.2 m) and social distance (to 3.6 m). Below: "
-        "the robot's true speed. Dotted lines mark a device going on."
+        "Above: true distance between the centres of robot and person; triangles mark the nearest moment. Bands are "
+        "Hall's zones of intimate (to 0.45 m), personal (to 1.2 m) and social distance (to 3.6 m): those are between "
+        "surfaces, so they begin where bodies touch. Below: the robot's true speed."
     )
-    return captioned(picture(draw_encounters(run, moments), "Distances to people and speed over time"), caption)
+    caption += " Dotted lines mark when the robot was told that a device is on." if run.devices_on else ""
+    return captioned(picture(draw_encounters(run), "Distances to people and speed over time"), caption)
 
 
 def _perception(run: Run) -> Html:

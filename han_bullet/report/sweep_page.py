@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -184,6 +185,7 @@ def _failure(sweep: Sweep, row: SweepRow, drawn: bool) -> list[str]:
 def _provenance(sweep: Sweep) -> Html:
     commits = Counter(row.git_commit for row in sweep.rows)
     factors = [row.real_time_factor for row in sweep.rows if np.isfinite(row.real_time_factor)]
+    example = f"{sweep.folder.resolve().name}/{sweep.rows[0].folder}"
     facts = {
         "folder": sweep.folder.resolve().name,
         "commit": ", ".join(f"{commit} ({count} runs)" for commit, count in commits.items()),
@@ -191,7 +193,9 @@ def _provenance(sweep: Sweep) -> Html:
         "real-time factor": f"median {np.median(factors):.2f}, {min(factors):.2f} to {max(factors):.2f}"
         if factors
         else "–",
-        "a page of one run": element("code", "han-bullet report FOLDER/runs/WORLD/VARIANT/SEED"),
+        "a page of one run, such as the first": element(
+            "code", f"han-bullet report {shlex.quote(str(sweep.folder / sweep.rows[0].folder))}"
+        ),
     }
     mixed = [paragraph("Runs of more than one commit are mixed here.", class_="bad")] if len(commits) > 1 else []
     return together([*mixed, table(("", ""), list(facts.items()), words=2)])

@@ -56,6 +56,7 @@ def _values(run: PlannedRun, result: dict[str, Any] | None, error: str | None) -
         return asked | came | {"passed": False, "failed": "", "git_commit": git_commit()}
     failed = [check for check in result["checks"] if not check["passed"]]
     return asked | {
+        "pass_side": result["pass"],  # a mirrored run's own
         "outcome": result["outcome"],
         "passed": not failed,
         "failed": "; ".join(f"{c['metric']} = {c['value']}, expected {c['expected']}" for c in failed),
