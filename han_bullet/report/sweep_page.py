@@ -193,9 +193,7 @@ def _provenance(sweep: Sweep) -> Html:
         "real-time factor": f"median {np.median(factors):.2f}, {min(factors):.2f} to {max(factors):.2f}"
         if factors
         else "–",
-        "a page of one run, such as the first": element(
-            "code", f"han-bullet report {shlex.quote(str(sweep.folder / sweep.rows[0].folder))}"
-        ),
+        "a page of one run, such as the first": element("code", f"han-bullet report {shlex.quote(example)}"),
     }
     mixed = [paragraph("Runs of more than one commit are mixed here.", class_="bad")] if len(commits) > 1 else []
     return together([*mixed, table(("", ""), list(facts.items()), words=2)])
