@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
@@ -29,6 +30,7 @@ from han_bullet.world_schema import World
 AFTER = 0.6  # [s] after something changed, when the new plan is there and the robot on its way
 ABOVE_BODY = 0.75  # [m] from a person to their name, beyond the disc that is closed to the robot
 CORRIDOR = 1.75  # [m] either side of the corridor's middle, walls included
+TITLE = 0.2  # [inch] above the upper row, whose titles the layout leaves out where axes keep equal scales
 WIDTH, WIDE = 11.0, 2.5  # [inch]; from this ratio of width to height on, moments stand in two rows
 
 
@@ -52,8 +54,8 @@ def draw_simulation(world_name: str) -> Figure:
     limits = _limits(world, film.ticks)
     wide = np.ptp(limits[0]) > WIDE * np.ptp(limits[1])
     rows, columns = (2, 2) if wide else (1, 4)
-    height = rows * (0.9 * WIDTH / columns * np.ptp(limits[1]) / np.ptp(limits[0]) + 0.35) + 0.3
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    height = rows * (0.9 * WIDTH / columns * np.ptp(limits[1]) / np.ptp(limits[0]) + 0.35) + 0.3 + TITLE
+    figure = Figure(figsize=(WIDTH, height), layout=ConstrainedLayoutEngine(rect=(0.0, 0.0, 1.0, 1.0 - TITLE / height)))
     charts = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axes, letter, tick in zip(charts.ravel(), "abcd", (film.ticks[index] for index in chosen), strict=True):
         image = _draw_moment(axes, world, tick, film.ticks)
