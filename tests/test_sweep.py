@@ -224,6 +224,13 @@ def test_a_sweep_that_is_interrupted_or_killed_goes_on_where_it_stopped(
     assert read_rows(out).num_rows == 12
 
 
+@pytest.mark.parametrize("address", ["garbage", "10.0.0.1:8786", "tcp://10.0.0.1", "tcp://10.0.0.1:x", "foo://a:1"])
+def test_what_is_no_address_of_a_scheduler_is_told_in_a_sentence(address: str, tmp_path: Path) -> None:
+    plan = plan_sweep([brief(tmp_path)], [0], ["truth"])
+    with pytest.raises(BadInputError, match=f"scheduler '{address}' is no address; one like tcp://"):
+        run_sweep(plan, tmp_path, scheduler=address)
+
+
 def test_a_scheduler_that_does_not_answer_is_told_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.comm.addressing import get_address_host_port
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.fork_server import worker_context
@@ -60,8 +61,14 @@ def remote_workers(scheduler: str) -> Iterator[Client]:
         scheduler: Its address, for example tcp://10.0.0.1:8786.
 
     Raises:
-        BadInputError: Nothing answers there, or no worker comes.
+        BadInputError: It is no address, nothing answers there, or no worker comes.
     """
+    try:  # a client that never got an address would complain once more as it is thrown away
+        get_address_host_port(scheduler, strict=True)
+    except ValueError as error:
+        raise BadInputError(
+            f"scheduler {scheduler!r} is no address; one like tcp://10.0.0.1:8786 would be right"
+        ) from error
     with contextlib.ExitStack() as closing:
         closing.enter_context(_quiet())
         try:
