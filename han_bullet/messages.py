@@ -53,6 +53,61 @@ class DeviceMessage:
 
 
 @dataclass(frozen=True)
+class LaserScan:
+    """One sweep of a planar laser scanner, level with the floor; the terms are those of ROS's sensor_msgs/LaserScan.
+
+    Attributes:
+        time: Of the sweep, which takes none [s].
+        ranges: From the scanner, counter-clockwise, shape (n,) [m]; inf where nothing is within range_max.
+        angle_min: Direction of the first ray in the scanner's frame [rad].
+        angle_increment: Between neighbouring rays [rad].
+        range_min: Nearer than this nothing is measured [m].
+        range_max: Farther than this nothing is measured [m].
+        scanner_in_body: Where the scanner is on the robot.
+    """
+
+    time: float
+    ranges: Array
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    scanner_in_body: Pose2D
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Where the wheels say that the robot is: smooth, and drifting.
+
+    Attributes:
+        time: [s].
+        pose_robot_in_odom: Since the start, which is the odom frame's origin.
+        twist_robot_in_body: As the wheels turn.
+    """
+
+    time: float
+    pose_robot_in_odom: Pose2D
+    twist_robot_in_body: Twist2D
+
+
+@dataclass(frozen=True)
+class PoseEstimate:
+    """Where the robot believes itself to be.
+
+    Attributes:
+        time: [s].
+        pose_robot_in_world: The best guess.
+        covariance: Of (x, y, yaw) in the world, shape (3, 3) [m^2, m rad, rad^2].
+        lost: Whether what is sensed does not fit to this pose, or to too many: the robot must not drive by it.
+    """
+
+    time: float
+    pose_robot_in_world: Pose2D
+    covariance: Array
+    lost: bool = False
+
+
+@dataclass(frozen=True)
 class Observation:
     """All that the robot may know at one control tick. Nothing of the simulator's truth is in here.
 
