@@ -71,9 +71,10 @@ class FootPoints(Hook):
         """Take note of the frames of one tick."""
         people = np.array([person.pose_in_world.position for person in tick.truth.people]).reshape(-1, 2)
         postures = [person.posture.value for person in tick.truth.people]
-        for frame, found in zip(tick.observation.frames, tick.decision.detections, strict=True):
+        for image, found in zip(tick.observation.images, tick.decision.detections, strict=True):
             bare = Detections(found.boxes, found.scores, found.probabilities)
-            robot = tick.observation.pose_robot_in_world
+            robot = tick.decision.estimate.pose_robot_in_world
+            frame = image.placed(robot)
             rows = self._projection.known_rows(frame, found.boxes, found.feet, robot)
             for way, detections in zip(WAYS, (bare, replace(found, feet=rows)), strict=True):
                 scan = self._projection.project(frame, detections, robot)

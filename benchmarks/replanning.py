@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.stopwatch import Stopwatch
-from han_bullet.ablation import NoDetector, TruthTracker
+from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
 from han_bullet.assembly import build_stack
 from han_bullet.checks import check_world
 from han_bullet.episode import Hook, Tick, run_episode
@@ -39,7 +39,12 @@ def crossed(world: World) -> World:
 def one_run(world: World) -> tuple[Array, Array, NDArray[np.int64]]:
     """Return by tick the time of all layers [s], that of the planner [s], and the cells expanded."""
     simulator = Simulator(world, renderer=None)
-    stack = build_stack(world, detector=NoDetector(), tracker=TruthTracker(lambda: simulator.truth))
+    stack = build_stack(
+        world,
+        localization=TrueLocalization(lambda: simulator.truth),
+        detector=NoDetector(),
+        tracker=TruthTracker(lambda: simulator.truth),
+    )
     watch, cycles = Stopwatch(), Cycles()
     for layer in stack.layers:
         watch.watch(layer, "apply", layer.name)

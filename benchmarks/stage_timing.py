@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.provenance import provenance
 from benchmarks.stopwatch import Stopwatch
-from han_bullet.assembly import build_stack, build_tracker
+from han_bullet.assembly import build_localization, build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.episode import Hook, Tick, run_episode
@@ -38,7 +38,12 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     detector = DetectorChoice().load()
     station = CameraStation(world, seed, names, detector)
     simulator = Simulator(world, renderer=station.frames)
-    stack = build_stack(world, detector=station.detector, tracker=build_tracker(world))
+    stack = build_stack(
+        world,
+        localization=build_localization(world, seed),
+        detector=station.detector,
+        tracker=build_tracker(world),
+    )
     watch.watch(station.frames.renderer, "render", lambda camera, _state: f"render {camera}")
     watch.watch(detector.proposer, "detect", "detect: ACF, one frame")
     assert detector.classifier is not None
@@ -100,9 +105,19 @@ def with_workers(world: World, seed: int, seconds: float, workers: int) -> tuple
     names = [camera.name for camera in world.cameras]
     with CameraWorkers(world, seed, names, DetectorChoice(), workers) as cameras:
         simulator = Simulator(world, renderer=cameras)
-        stack = build_stack(world, detector=cameras, tracker=build_tracker(world))
+        stack = build_stack(
+            world,
+            localization=build_localization(world, seed),
+            detector=cameras,
+            tracker=build_tracker(world),
+        )
         run_episode(simulator, stack, duration=0.5)  # compiled code loaded, backgrounds rendered
-        stack = build_stack(world, detector=cameras, tracker=build_tracker(world))
+        stack = build_stack(
+            world,
+            localization=build_localization(world, seed),
+            detector=cameras,
+            tracker=build_tracker(world),
+        )
         started = time.perf_counter()
         run_episode(simulator, stack, duration=seconds)
         took = time.perf_counter() - started

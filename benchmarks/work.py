@@ -11,7 +11,7 @@ from typing import Any
 from unittest.mock import patch
 
 from benchmarks.provenance import provenance
-from han_bullet.assembly import build_stack, build_tracker
+from han_bullet.assembly import build_localization, build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, DetectorChoice
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.cnn import Classifier
@@ -30,7 +30,12 @@ def counted_work(world: World, seed: int, seconds: float) -> dict[str, int]:
     counts: Counter[str] = Counter()
     station = CameraStation(world, seed, [camera.name for camera in world.cameras], DetectorChoice().load())
     simulator = Simulator(world, renderer=station.frames)
-    stack = build_stack(world, detector=station.detector, tracker=build_tracker(world))
+    stack = build_stack(
+        world,
+        localization=build_localization(world, seed),
+        detector=station.detector,
+        tracker=build_tracker(world),
+    )
     with ExitStack() as closing:
         closing.callback(station.frames.close)
         closing.callback(simulator.close)

@@ -1,4 +1,4 @@
-"""The named ablation `--perception truth`: the simulator's people in place of detector and tracker, nothing else."""
+"""The named ablations: the simulator's people instead of detector and tracker, its robot instead of localization."""
 
 from __future__ import annotations
 
@@ -7,7 +7,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from han_bullet.detection.camera_detector import FrameDetector
-from han_bullet.messages import Detections, Frame, FrameDetections, Posture, Scan, TrackedPerson, Truth
+from han_bullet.localization.localization import Localization
+from han_bullet.messages import (
+    Detections,
+    Frame,
+    FrameDetections,
+    LaserScan,
+    Odometry,
+    PoseEstimate,
+    Posture,
+    Scan,
+    TrackedPerson,
+    Truth,
+)
 from han_bullet.tracking.tracker import PeopleTracker
 
 CERTAIN = np.diag([1e-6, 1e-6, 1e-6, 1e-6])  # [m^2], [m^2/s^2]: the layers take sigma from here
@@ -19,6 +31,24 @@ class NoDetector(FrameDetector):
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
         """Return empty detections, one per frame."""
         return [Detections.none().at(frame.camera, frame.time) for frame in frames]
+
+
+class TrueLocalization(Localization):
+    """Give the true pose of the robot.
+
+    Args:
+        truth: Returns the simulator's truth as of now.
+    """
+
+    name = "simulator"
+
+    def __init__(self, truth: Callable[[], Truth]) -> None:
+        super().__init__()
+        self._truth = truth
+
+    def locate(self, odometry: Odometry, laser: LaserScan | None) -> PoseEstimate:
+        """Return the true pose; what is sensed plays no part."""
+        return PoseEstimate(odometry.time, self._truth().pose_robot_in_world)
 
 
 class TruthTracker(PeopleTracker):

@@ -15,6 +15,7 @@ from han_bullet.device_channel import SIMULATED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
+from han_bullet.localization.localization import Localization
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
@@ -66,6 +67,7 @@ def build_projection(world: World) -> GroundProjection:
 def build_stack(
     world: World,
     *,
+    localization: Localization,
     detector: FrameDetector,
     tracker: PeopleTracker,
     without: Collection[str] = (),
@@ -77,6 +79,7 @@ def build_stack(
 
     Args:
         world: The concrete world.
+        localization: Says where the robot is.
         detector: Finds people in frames.
         tracker: Follows them on the floor.
         without: Names of layers to leave out.
@@ -95,6 +98,7 @@ def build_stack(
     boxes = world.solid_boxes()
     task = task_of(world)
     return NavigationStack(
+        localization=localization,
         detector=detector,
         projection=build_projection(world),
         tracker=tracker,
@@ -137,3 +141,8 @@ def known_devices(world: World, session: str = SIMULATED) -> KnownDevices:
     """Return the devices, taken to be off until their first message; the session is that of the simulated ones."""
     devices = [Device(device.name, np.array(device.position), on=False) for device in world.devices]
     return KnownDevices(devices, session=session)
+
+
+def build_localization(world: World, seed: int) -> Localization:
+    """Return the lidar localization of a world's robot, which starts where the world file has it."""
+    raise NotImplementedError

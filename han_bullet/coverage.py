@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from han_bullet.assembly import field_of_view
 from han_bullet.costmap.grid import INSCRIBED
-from han_bullet.geometry import Array, Pose2D, camera_on_robot
-from han_bullet.messages import Frame
+from han_bullet.geometry import Array, Pose2D
+from han_bullet.messages import CameraImage, Frame
 from han_bullet.static_map import static_costmap
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
@@ -64,10 +64,12 @@ def _floor_points(world: World) -> Array:
 
 
 def empty_frame(camera: CeilingCamera | OnboardCamera, pose_robot_in_world: Pose2D, time: float = 0.0) -> Frame:
-    """Return a frame without an image, for what its camera can see from some pose of the robot."""
-    if isinstance(camera, CeilingCamera):
-        pose = camera.camera_in_world
-    else:
-        pose = camera_on_robot(pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
+    """Return a frame without pixels, for what its camera can see from some pose of the robot."""
+    return empty_image(camera, time).placed(pose_robot_in_world)
+
+
+def empty_image(camera: CeilingCamera | OnboardCamera, time: float = 0.0) -> CameraImage:
+    """Return an image without pixels."""
     fixed = isinstance(camera, CeilingCamera)
-    return Frame(camera.name, time, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, pose, fixed)
+    mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
+    return CameraImage(camera.name, time, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, mount, fixed)

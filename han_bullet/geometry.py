@@ -46,6 +46,12 @@ class Pose2D:
         """Map points, shape (..., 2) [m], from the world to this pose's body frame."""
         return (points_in_world - self.position) @ rotation(self.yaw)
 
+    def matrix(self) -> Array:
+        """Return the same as a rigid transform, shape (4, 4)."""
+        pose = np.eye(4)
+        pose[:2, :2], pose[:2, 3] = rotation(self.yaw), (self.x, self.y)
+        return pose
+
     def distance_to(self, point_in_world: Array | tuple[float, float]) -> float:
         """Return the distance to a point, two numbers [m]."""
         return math.hypot(point_in_world[0] - self.x, point_in_world[1] - self.y)

@@ -15,6 +15,32 @@ from han_bullet.geometry import Array, Intrinsics, Pose2D, Twist2D
 
 
 @dataclass(frozen=True)
+class CameraImage:
+    """One image as it comes from a camera, which knows how it is mounted and not where the robot is.
+
+    Attributes:
+        camera: Name of the camera.
+        time: Moment of exposure [s].
+        image: RGB, shape (height, width, 3), uint8.
+        intrinsics: Calibration.
+        mount: Pose of the camera, shape (4, 4): in the world if it is fixed there, else in the robot's body.
+        fixed: Whether the camera never moves.
+    """
+
+    camera: str
+    time: float
+    image: NDArray[np.uint8]
+    intrinsics: Intrinsics
+    mount: Array
+    fixed: bool
+
+    def placed(self, pose_robot_in_world: Pose2D) -> Frame:
+        """Return the same as of a camera in the world, the robot having been at a pose when it was exposed."""
+        camera_in_world = self.mount if self.fixed else pose_robot_in_world.matrix() @ self.mount
+        return Frame(self.camera, self.time, self.image, self.intrinsics, camera_in_world, self.fixed)
+
+
+@dataclass(frozen=True)
 class Frame:
     """One image of one camera, with what is known of the camera.
 
@@ -103,7 +129,7 @@ class PoseEstimate:
 
     time: float
     pose_robot_in_world: Pose2D
-    covariance: Array
+    covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
     lost: bool = False
 
 
@@ -113,16 +139,16 @@ class Observation:
 
     Attributes:
         time: Simulation time [s].
-        pose_robot_in_world: From the localization port.
-        twist_robot_in_body: The simulator's, until odometry is modelled.
-        frames: Images that became available at this tick, in the order of the cameras; often none.
+        odometry: Of the wheels, at this tick.
+        laser: The sweep that ended at this tick; None between two, and without a scanner.
+        images: Those that became available at this tick, in the order of the cameras; often none.
         device_messages: Payloads that arrived since the last tick, as they came (`device_payload`).
     """
 
     time: float
-    pose_robot_in_world: Pose2D
-    twist_robot_in_body: Twist2D
-    frames: tuple[Frame, ...] = ()
+    odometry: Odometry
+    laser: LaserScan | None = None
+    images: tuple[CameraImage, ...] = ()
     device_messages: tuple[bytes, ...] = ()
 
 
@@ -345,6 +371,7 @@ class Status(str, Enum):
     YIELDING = "yielding: a person is in the way"
     LOOKING = "looking for the person of the task"
     ARRIVED = "arrived"
+    LOST = "lost: what the laser sees does not fit to the map"
     BLOCKED = "blocked"
 
 

@@ -13,7 +13,7 @@ from han_bullet.costmap.grid import SOCIAL_MAX
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
 from han_bullet.lettering import Colour, Lettering, Picture
-from han_bullet.messages import Detections, Frame, Status
+from han_bullet.messages import CameraImage, Detections, Status
 from han_bullet.topdown import GOAL, INK, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
 from han_bullet.world_schema import World
 
@@ -27,6 +27,7 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.WAITING: (206, 120, 20),
     Status.YIELDING: (206, 120, 20),
     Status.ARRIVED: (20, 140, 90),
+    Status.LOST: (196, 40, 60),
     Status.BLOCKED: (196, 40, 60),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
@@ -150,12 +151,12 @@ class CameraStrip:
 
     def record(self, tick: Tick) -> None:
         """Paint the images of a tick."""
-        for frame, detections in zip(tick.observation.frames, tick.decision.detections, strict=True):
+        for frame, detections in zip(tick.observation.images, tick.decision.detections, strict=True):
             if frame.camera in self._panels:
                 self._paint(self._panels[frame.camera], frame, detections)
                 self._finish(frame.camera)
 
-    def _paint(self, panel: Picture, frame: Frame, detections: Detections) -> None:
+    def _paint(self, panel: Picture, frame: CameraImage, detections: Detections) -> None:
         """Paint an image as large as fits without stretching it, with boxes, scores and probabilities."""
         available, full = np.array(panel.shape[1::-1]), np.array(frame.image.shape[1::-1])
         scale = float(np.min(available / full))

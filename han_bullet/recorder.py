@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
+"""What a run leaves behind as tables: trace.csv, poses.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -18,6 +18,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FEET_HEADER = ("time", "camera", "detection", "row")
@@ -82,6 +83,23 @@ class TraceRecorder(TableRecorder):
             place = person.pose_in_world
             row += [place.x, place.y, place.yaw, person.posture.value]
         yield [float(cell) if isinstance(cell, int) else cell for cell in row]
+
+
+class PosesRecorder(TableRecorder):
+    """Write where the robot believes itself to be: one row per tick.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, POSES_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the one row of a tick."""
+        estimate = tick.decision.estimate
+        pose = estimate.pose_robot_in_world
+        yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
 
 
 class TracksRecorder(TableRecorder):

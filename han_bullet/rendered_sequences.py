@@ -138,7 +138,8 @@ def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
     with closing(source.renderer), Simulator(take.world, renderer=source) as simulator:
         observation = simulator.reset()
         while count:
-            for frame in observation.frames:
+            robot = simulator.truth.pose_robot_in_world
+            for frame in (image.placed(robot) for image in observation.images):
                 yield RenderedFrame(frame, _people(simulator, source.silhouettes, frame), empty, number)
                 count -= 1
             truth = simulator.truth

@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, five tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, six tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from han_bullet.ablation import NoDetector, TruthTracker
-from han_bullet.assembly import build_stack, build_tracker, known_devices
+from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
+from han_bullet.assembly import build_localization, build_stack, build_tracker, known_devices
 from han_bullet.assumptions import Scaled
 from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
@@ -24,11 +24,19 @@ from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.known_devices import KnownDevices
+from han_bullet.localization.localization import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
-from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.recorder import (
+    DetectionsRecorder,
+    FeetRecorder,
+    MessagesRecorder,
+    PosesRecorder,
+    TraceRecorder,
+    TracksRecorder,
+)
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
@@ -38,6 +46,7 @@ from han_bullet.world_file import find_world, load_world, save_world, world_file
 from han_bullet.world_schema import Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
+LOCALIZATIONS = ("lidar", "truth")
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,7 @@ class RunOptions:
     Attributes:
         seed: Decides starts, speeds, delays, clothes, light and image noise.
         perception: "cameras", or "truth" for the ablation without detector and tracker.
+        localization: "lidar", or "truth" for the ablation in which the simulator tells where the robot is.
         cameras: Names of the cameras in use; None takes all.
         association: "nnjpda", "nn" or "gnn".
         detector: Which shipped or own model.
@@ -62,6 +72,7 @@ class RunOptions:
 
     seed: int = 0
     perception: str = "cameras"
+    localization: str = "lidar"
     cameras: tuple[str, ...] | None = None
     association: str = "nnjpda"
     detector: DetectorChoice = field(default_factory=DetectorChoice)
@@ -78,6 +89,9 @@ class RunOptions:
         """Check what no other part checks."""
         if self.seed < 0 or self.workers < 1:
             raise BadInputError(f"seed is {self.seed} and workers is {self.workers}; at least 0 and 1 would be right")
+        if self.localization not in LOCALIZATIONS:
+            right = ", ".join(LOCALIZATIONS)
+            raise BadInputError(f"localization is {self.localization!r}; one of {right} would be right")
         if self.perception not in PERCEPTIONS:
             raise BadInputError(f"perception is {self.perception!r}; one of {', '.join(PERCEPTIONS)} would be right")
         if self.cameras is not None and (not self.cameras or len(set(self.cameras)) < len(self.cameras)):
@@ -147,7 +161,7 @@ def run_world(
     checks = check_expectations(concrete.expectations, results)
     simulated, took = simulator.truth_time, finished - prepared
     result |= {
-        "localization": simulator.localization_name,
+        "localization": stack.localization.name,
         "detector": detector_description,
         "devices": channel.name,
         "device_session": channel.session,
@@ -264,6 +278,7 @@ def _build(
         tracker = build_tracker(world, options.association)
     return build_stack(
         world,
+        localization=_localization(world, options, simulator),
         detector=detector,
         tracker=tracker,
         without=options.without,
@@ -271,6 +286,12 @@ def _build(
         layers=layers,
         devices=devices,
     )
+
+
+def _localization(world: World, options: RunOptions, simulator: Simulator) -> Localization:
+    if options.localization == "truth":
+        return TrueLocalization(lambda: simulator.truth)
+    return build_localization(world, options.seed)
 
 
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
@@ -281,6 +302,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     save_world(world, folder / "world.yaml", f"{world.name} as seed {options.seed} makes it, with the cameras in use")
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
+        PosesRecorder(folder / "poses.csv"),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),

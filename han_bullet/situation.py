@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.messages import GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
+from han_bullet.messages import GoTo, HandOver, PoseEstimate, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
@@ -37,21 +37,22 @@ class Situation:
         self._scene = Scene(0.0, task=task)
         self._pose_robot_in_world = Pose2D(0.0, 0.0, 0.0)
 
-    def update(self, observation: Observation, people: Sequence[TrackedPerson]) -> Scene:
-        """Take in device messages and people.
+    def update(
+        self, estimate: PoseEstimate, people: Sequence[TrackedPerson], device_messages: Sequence[bytes] = ()
+    ) -> Scene:
+        """Take in where the robot is, people and what devices sent.
 
         Afterwards `changed` says whether a device or somebody's posture has changed: that calls for a new plan.
         """
-        self._pose_robot_in_world = observation.pose_robot_in_world
-        device_changed = self._devices.update(observation.device_messages, observation.time)
+        self._pose_robot_in_world = pose = estimate.pose_robot_in_world
+        device_changed = self._devices.update(device_messages, estimate.time)
         postures = {person.id: person.posture.value for person in people}
         known = self._postures.keys() & postures.keys()
         self.changed = device_changed or any(self._postures[key] != postures[key] for key in known)
         self._postures = postures
         if isinstance(self._task, HandOver):
-            self._task = _with_person(self._task, people, observation.pose_robot_in_world)
-        robot = observation.pose_robot_in_world.position
-        self._scene = Scene(observation.time, tuple(people), self._devices.states, self._seats, self._task, robot)
+            self._task = _with_person(self._task, people, pose)
+        self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose.position)
         return self._scene
 
     def goal(self) -> Pose2D:

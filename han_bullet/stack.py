@@ -10,7 +10,18 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
-from han_bullet.messages import FrameDetections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
+from han_bullet.localization.localization import Localization
+from han_bullet.messages import (
+    FrameDetections,
+    HandOver,
+    Observation,
+    Path,
+    PoseEstimate,
+    Scan,
+    Scene,
+    Status,
+    TrackedPerson,
+)
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.tracking.projection import GroundProjection
@@ -23,6 +34,7 @@ class Decision:
 
     Attributes:
         time: Of the observation [s].
+        estimate: Where the robot believes itself to be.
         detections: One per frame of the observation.
         scans: The same on the floor.
         people: Confirmed tracks.
@@ -34,6 +46,7 @@ class Decision:
     """
 
     time: float
+    estimate: PoseEstimate
     detections: tuple[FrameDetections, ...]
     scans: tuple[Scan, ...]
     people: tuple[TrackedPerson, ...]
@@ -50,11 +63,12 @@ class Decision:
 
 
 class NavigationStack:
-    """Turn one observation into one command: detect, locate, track, map, plan, follow."""
+    """Turn one observation into one command: localize, detect, project, track, map, plan, follow."""
 
     def __init__(
         self,
         *,
+        localization: Localization,
         detector: FrameDetector,
         projection: GroundProjection,
         tracker: PeopleTracker,
@@ -64,6 +78,7 @@ class NavigationStack:
         planner: Planner,
         follower: Follower,
     ) -> None:
+        self.localization = localization
         self.detector = detector
         self.projection = projection
         self.tracker = tracker
@@ -75,11 +90,13 @@ class NavigationStack:
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
-        pose = observation.pose_robot_in_world
-        detections = self.detector.detect(observation.frames)
-        scans = [self.projection.project(*pair, pose) for pair in zip(observation.frames, detections, strict=True)]
+        estimate = self.localization.update(observation.odometry, observation.laser)
+        pose = estimate.pose_robot_in_world
+        frames = [image.placed(self.localization.pose_at(image.time)) for image in observation.images]
+        detections = self.detector.detect(frames)
+        scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
         people = self.tracker.update(scans, observation.time)
-        scene = self.situation.update(observation, people)
+        scene = self.situation.update(estimate, people, observation.device_messages)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
@@ -87,9 +104,9 @@ class NavigationStack:
         path = self.planner.update(
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
-        command, status = self.follower.follow(path, goal, observation, people, costmap)
+        command, status = self.follower.follow(path, goal, estimate, people, costmap)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         return Decision(
-            observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+            observation.time, estimate, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
         )

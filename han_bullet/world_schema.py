@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, look_at
+from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, camera_on_robot, look_at
 from han_bullet.messages import Seat
 
 PHYSICS_PERIOD = 1.0 / 240.0  # [s]
@@ -164,6 +164,11 @@ class OnboardCamera(CameraBase):
     height: Positive = Field(1.2, description="above the floor [m]")
     forward: Finite = Field(0.25, description="ahead of the robot's centre [m]")
     pitch_down: Annotated[float, Field(ge=-1.2, le=1.2)] = Field(0.05, description="[rad]")
+
+    @property
+    def mount(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the pose in the robot's body, shape (4, 4)."""
+        return camera_on_robot(Pose2D(0.0, 0.0, 0.0), self.forward, self.height, self.pitch_down)
 
 
 Camera = Annotated[CeilingCamera | OnboardCamera, Field(discriminator="kind")]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from han_bullet.ablation import NoDetector, TruthTracker
+from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
 from han_bullet.assembly import build_stack
 from han_bullet.assumptions import ASSUMPTIONS, ASTAR_WEIGHT, Scaled
 from han_bullet.messages import Truth
@@ -19,7 +19,12 @@ def no_truth() -> Truth:
 
 
 def stack_of(world: World) -> NavigationStack:
-    return build_stack(world, detector=NoDetector(), tracker=TruthTracker(no_truth))
+    return build_stack(
+        world,
+        localization=TrueLocalization(no_truth),
+        detector=NoDetector(),
+        tracker=TruthTracker(no_truth),
+    )
 
 
 def value(stack: NavigationStack, name: str) -> float:

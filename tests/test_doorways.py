@@ -6,8 +6,8 @@ import pytest
 from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import INSCRIBED, Costmap
 from han_bullet.costmap.layers import standard_layers
-from han_bullet.geometry import Pose2D, SolidBox, Twist2D
-from han_bullet.messages import GoTo, Observation, Path, Posture, Scene, Status, TrackedPerson
+from han_bullet.geometry import Pose2D, SolidBox
+from han_bullet.messages import GoTo, Path, PoseEstimate, Posture, Scene, Status, TrackedPerson
 from han_bullet.planning.planner import Planner
 
 FLOOR = [((0.0, 8.0), (-3.0, 3.0))]
@@ -73,7 +73,7 @@ def follow(grid: Costmap, seconds: float, *people: TrackedPerson) -> list[Status
     planner, follower, said = Planner(), Follower(), []
     for time in np.arange(0.0, seconds, 0.05):
         path = planner.update(grid, START.position, GOAL.position, float(time), False, people)
-        seen = Observation(float(time), START, Twist2D(0.0, 0.0, 0.0))
+        seen = PoseEstimate(float(time), START)
         said.append(follower.follow(path, GOAL, seen, people, grid)[1])
     return said
 

@@ -15,7 +15,7 @@ from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox, Twist2D, rotation
-from han_bullet.messages import Device, HandOver, Observation, Path, Posture, Scene, Seat, Status, Task, TrackedPerson
+from han_bullet.messages import Device, HandOver, Path, PoseEstimate, Posture, Scene, Seat, Status, Task, TrackedPerson
 from han_bullet.planning.astar import astar
 from han_bullet.planning.planner import Planner
 
@@ -52,7 +52,7 @@ def drive(
     poses, twists, states = [pose], [Twist2D()], []
     for tick in range(ticks):
         path = astar(costmap, poses[-1].position, goal.position)
-        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, poses[-1], twists[-1]), (), costmap)
+        twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, poses[-1]), (), costmap)
         poses.append(moved(poses[-1], twist))
         twists.append(twist)
         states.append(status)
@@ -107,9 +107,9 @@ def test_once_arrived_it_stays_until_the_goal_moves_away() -> None:
     poses, _, _ = drive(follower, goal)
     pushed = Pose2D(poses[-1].x - 0.2, 0.0, 0.0)
     path = straight((2.8, 0.0), (3.0, 0.0))
-    twist, status = follower.follow(path, goal, Observation(60.0, pushed, Twist2D()), (), CORRIDOR)
+    twist, status = follower.follow(path, goal, PoseEstimate(60.0, pushed), (), CORRIDOR)
     assert (twist, status) == (Twist2D(), Status.ARRIVED)
-    _, status = follower.follow(path, Pose2D(3.5, 0.0, 0.0), Observation(60.05, pushed, Twist2D()), (), CORRIDOR)
+    _, status = follower.follow(path, Pose2D(3.5, 0.0, 0.0), PoseEstimate(60.05, pushed), (), CORRIDOR)
     assert status is Status.MOVING
 
 
@@ -119,18 +119,16 @@ def test_without_a_way_it_brakes_waits_and_after_10_seconds_is_blocked() -> None
     assert twists[-1].speed > 0.9
     states, speeds = [], []
     for tick in range(210):
-        twist, status = follower.follow(
-            None, goal, Observation(2.0 + PERIOD * tick, poses[-1], twists[-1]), (), CORRIDOR
-        )
+        twist, status = follower.follow(None, goal, PoseEstimate(2.0 + PERIOD * tick, poses[-1]), (), CORRIDOR)
         states.append(status)
         speeds.append(twist.speed)
     assert speeds[0] == pytest.approx(twists[-1].speed - 0.05, abs=1e-6)
     assert max(speeds[21:]) < 1e-9
     assert states == [Status.WAITING] * 200 + [Status.BLOCKED] * 10
     path = straight((4.0, 0.0), (14.0, 0.0))
-    _, status = follower.follow(path, goal, Observation(20.0, poses[-1], Twist2D()), (), CORRIDOR)
+    _, status = follower.follow(path, goal, PoseEstimate(20.0, poses[-1]), (), CORRIDOR)
     assert status is Status.MOVING
-    _, status = follower.follow(None, goal, Observation(20.05, poses[-1], Twist2D()), (), CORRIDOR)
+    _, status = follower.follow(None, goal, PoseEstimate(20.05, poses[-1]), (), CORRIDOR)
     assert status is Status.WAITING
 
 
@@ -140,7 +138,7 @@ def test_at_the_end_of_a_way_short_of_the_goal_it_waits_and_a_trembling_end_does
     for tick in range(400):
         end = 5.0 + (0.05 if tick % 2 else 0.0)
         path = straight((pose.x, pose.y), (end, 0.0)) if pose.x < end else Path(pose.position[None, :], 0.0)
-        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, twist), (), CORRIDOR)
+        twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, pose), (), CORRIDOR)
         pose = moved(pose, twist)
         states.append(status)
         speeds.append(twist.speed)
@@ -150,7 +148,7 @@ def test_at_the_end_of_a_way_short_of_the_goal_it_waits_and_a_trembling_end_does
     assert states[first:] == [Status.WAITING] * 200 + [Status.BLOCKED] * (200 - first)
     assert max(speeds[first + 2 :]) < 1e-9
     path = straight((pose.x, 0.0), (5.5, 0.0))
-    twist, status = follower.follow(path, goal, Observation(20.0, pose, Twist2D()), (), CORRIDOR)
+    twist, status = follower.follow(path, goal, PoseEstimate(20.0, pose), (), CORRIDOR)
     assert status is Status.MOVING and twist.speed > 0.0
 
 
@@ -159,7 +157,7 @@ def test_a_way_that_ends_within_the_tolerance_of_the_goal_is_enough_to_arrive() 
     states = []
     for tick in range(200):
         path = straight((pose.x, pose.y), (4.88, 0.0)) if pose.x < 4.87 else Path(pose.position[None, :], 0.0)
-        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, Twist2D()), (), CORRIDOR)
+        twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, pose), (), CORRIDOR)
         pose = moved(pose, twist)
         states.append(status)
     assert states[-1] is Status.ARRIVED and set(states) == {Status.MOVING, Status.ARRIVED}
@@ -216,7 +214,7 @@ def test_it_yields_to_a_person_who_steps_into_its_way_and_does_not_touch_them(ve
         time = PERIOD * tick
         person = track(start + np.array(velocity) * max(time - 1.5, 0.0), velocity if time > 1.5 else (0.0, 0.0))
         path = straight((pose.x, pose.y), (14.0, 0.0))
-        twist, status = follower.follow(path, goal, Observation(time, pose, twist), [person], CORRIDOR)
+        twist, status = follower.follow(path, goal, PoseEstimate(time, pose), [person], CORRIDOR)
         pose = moved(pose, twist)
         gaps.append(pose.distance_to(person.position_in_world) - 0.55)
         speeds.append(twist.speed)
@@ -318,7 +316,7 @@ def run(
         for layer in layers:
             layer.apply(costmap, Scene(PERIOD * tick, tracks))
         path = planner.update(costmap, pose.position, goal.position, PERIOD * tick, False, tracks)
-        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, twist), tracks, costmap)
+        twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, pose), tracks, costmap)
         robot.append(pose.position)
         truth.append([person.true_position(walking_for) for person in people])
         speeds.append(twist.speed)
@@ -474,7 +472,7 @@ def test_a_robot_that_hands_something_over_stops_in_front_of_the_person_inside_t
         layer.apply(costmap, Scene(0.0, (person,), task=task))
     for tick in range(400):
         path = planner.update(costmap, pose.position, goal.position, PERIOD * tick, False)
-        twist, status = follower.follow(path, goal, Observation(PERIOD * tick, pose, twist), [person], costmap)
+        twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, pose), [person], costmap)
         pose = moved(pose, twist)
         assert costmap.cost_at(pose.position) < 20
     assert status is Status.ARRIVED

@@ -1,5 +1,4 @@
 import ast
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 
 import han_bullet.sim
 from han_bullet.device_payload import read_payload
-from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
+from han_bullet.geometry import Twist2D, camera_on_robot
 from han_bullet.messages import Observation, Posture, Truth
-from han_bullet.sim.localization import Localization
 from han_bullet.sim.renderer import InProcessRenderer
 from han_bullet.sim.simulator import Simulator
 from han_bullet.world_file import load_world
@@ -51,49 +49,23 @@ def test_frames_come_at_the_cameras_own_rate_and_say_where_the_camera_is() -> No
     frames = InProcessRenderer(world, 0)
     with Simulator(world, renderer=frames) as simulator:
         observations = [simulator.reset(), *(simulator.step(FORWARD) for _ in range(8))]
-        counts = [len(observation.frames) for observation in observations]
+        counts = [len(observation.images) for observation in observations]
         assert counts == [5, 0, 4, 0, 5, 0, 4, 0, 5]
         last = observations[-1]
-        assert [frame.camera for frame in last.frames] == ["camera1", "camera2", "camera3", "camera4", "onboard"]
-        assert [frame.fixed for frame in last.frames] == [True, True, True, True, False]
-        assert all(frame.time == last.time and frame.image.shape == (120, 160, 3) for frame in last.frames)
-        expected = camera_on_robot(last.pose_robot_in_world, 0.25, 1.2, 0.05)
-        assert last.frames[4].camera_in_world == pytest.approx(expected)
+        assert [frame.camera for frame in last.images] == ["camera1", "camera2", "camera3", "camera4", "onboard"]
+        assert [frame.fixed for frame in last.images] == [True, True, True, True, False]
+        assert all(frame.time == last.time and frame.image.shape == (120, 160, 3) for frame in last.images)
+        robot = simulator.truth.pose_robot_in_world
+        expected = camera_on_robot(robot, 0.25, 1.2, 0.05)
+        assert last.images[4].placed(robot).camera_in_world == pytest.approx(expected)
+        assert np.array_equal(last.images[0].placed(robot).camera_in_world, world.cameras[0].camera_in_world)
     frames.close()
 
 
-class Drifting(Localization):
-    """Errs by another centimetre every time it is asked, and remembers when that was."""
-
-    name = "drifting"
-
-    def __init__(self) -> None:
-        self.asked_at: list[float] = []
-
-    def pose(self, time: float, true_pose_in_world: Pose2D) -> Pose2D:
-        self.asked_at.append(time)
-        return dataclasses.replace(true_pose_in_world, y=true_pose_in_world.y + 0.01 * len(self.asked_at))
-
-
-def test_localization_is_asked_once_per_tick_and_places_robot_and_onboard_camera_alike() -> None:
-    world = with_small_images(real2())
-    onboard = (world.cameras[4],)
-    frames = InProcessRenderer(world.model_copy(update={"cameras": onboard}), 0)
-    with Simulator(world.model_copy(update={"cameras": onboard}), renderer=frames) as simulator:
-        simulator._localization = drifting = Drifting()
-        observations = [simulator.reset(), *(simulator.step(FORWARD) for _ in range(4))]
-        assert drifting.asked_at == [observation.time for observation in observations]
-        assert observations[4].pose_robot_in_world.y == pytest.approx(simulator.truth.pose_robot_in_world.y + 0.05)
-        for observation in observations[::2]:
-            expected = camera_on_robot(observation.pose_robot_in_world, 0.25, 1.2, 0.05)
-            assert np.array_equal(observation.frames[0].camera_in_world, expected)
-    frames.close()
-
-
-def test_without_a_renderer_there_are_no_frames() -> None:
+def test_without_a_renderer_there_are_no_images() -> None:
     with Simulator(real2(), renderer=None) as simulator:
-        assert simulator.reset().frames == ()
-        assert simulator.step(FORWARD).frames == ()
+        assert simulator.reset().images == ()
+        assert simulator.step(FORWARD).images == ()
 
 
 def test_equal_seeds_and_commands_give_equal_truth_and_images_to_the_last_bit() -> None:
@@ -107,7 +79,7 @@ def test_equal_seeds_and_commands_give_equal_truth_and_images_to_the_last_bit() 
             for tick in range(24):
                 observations.append(simulator.step(weave(tick)))
                 truths.append(simulator.truth)
-        images = [frame.image.tobytes() for observation in observations for frame in observation.frames]
+        images = [frame.image.tobytes() for observation in observations for frame in observation.images]
         return [repr(truth) for truth in truths], images
 
     first, second = episode(), episode()

@@ -10,12 +10,15 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.episode import Tick
 from han_bullet.geometry import Pose2D, Twist2D, floor_homography, look_at
 from han_bullet.messages import (
+    CameraImage,
     Contact,
     Detections,
     Frame,
     FrameDetections,
     Observation,
+    Odometry,
     Path,
+    PoseEstimate,
     Posture,
     Scan,
     Scene,
@@ -105,6 +108,12 @@ def scan(
     return Scan(image.camera, image.time, points, spread, np.arange(len(points)), image)
 
 
+def taken(frame: Frame) -> CameraImage:
+    """Return the image of a fixed camera's frame as it came."""
+    assert frame.fixed
+    return CameraImage(frame.camera, frame.time, frame.image, frame.intrinsics, frame.camera_in_world, True)
+
+
 def tick(
     index: int = 0,
     *,
@@ -115,6 +124,8 @@ def tick(
     contacts: Sequence[Contact] = (),
     devices_on: Sequence[tuple[str, bool]] = (),
     frames: Sequence[Frame] = (),
+    believed: Sequence[float] | None = None,
+    lost: bool = False,
     detections: Sequence[FrameDetections] = (),
     scans: Sequence[Scan] = (),
     status: Status = Status.MOVING,
@@ -127,9 +138,10 @@ def tick(
     pose, velocity = Pose2D(*robot), Twist2D(*twist)
     world_map = Costmap.covering([((0.0, 20.0), (-2.0, 2.0))], 0.1) if costmap is None else costmap
     return Tick(
-        Observation(time, pose, velocity, tuple(frames)),
+        Observation(time, Odometry(time, pose, velocity), None, tuple(map(taken, frames))),
         Decision(
             time=time,
+            estimate=PoseEstimate(time, pose if believed is None else Pose2D(*believed), lost=lost),
             detections=tuple(detections),
             scans=tuple(scans),
             people=tuple(tracks),

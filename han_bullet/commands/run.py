@@ -37,6 +37,12 @@ def add(commands: Commands[Parser]) -> None:
     add_option(
         "--perception", choices=("cameras", "truth"), default="cameras", help="truth: the ablation without cameras"
     )
+    add_option(
+        "--localization",
+        choices=("lidar", "truth"),
+        default="lidar",
+        help="truth: the ablation in which the simulator tells where the robot is",
+    )
     add_option("--cameras", type=names, metavar="NAME,...", help="use only these cameras")
     add_option("--association", choices=("nnjpda", "nn", "gnn"), default="nnjpda", help="of detections to tracks")
     add_option(
@@ -78,6 +84,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     run_options = RunOptions(
         seed=options.seed,
         perception=options.perception,
+        localization=options.localization,
         cameras=options.cameras,
         association=options.association,
         detector=DetectorChoice(options.detector, options.threshold, options.classifier),

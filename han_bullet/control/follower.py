@@ -12,7 +12,7 @@ from han_bullet.control.way import Way
 from han_bullet.costmap.grid import INSCRIBED, Costmap
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, Twist2D, rotation, wrap_angle
-from han_bullet.messages import Observation, Path, Status, TrackedPerson
+from han_bullet.messages import Path, PoseEstimate, Status, TrackedPerson
 from han_bullet.world_schema import CONTROL_PERIOD
 
 LOOK_AHEAD = 0.5  # along the way [m]; shorter follows the 45 degree corners of the grid, longer cuts into people
@@ -71,7 +71,7 @@ class Follower:
         self,
         path: Path | None,
         goal: Pose2D,
-        observation: Observation,
+        estimate: PoseEstimate,
         people: Sequence[TrackedPerson],
         costmap: Costmap,
     ) -> tuple[Twist2D, Status]:
@@ -82,21 +82,23 @@ class Follower:
         Args:
             path: The way from the robot to the goal or towards it, or None.
             goal: Where to stop, and how to stand there.
-            observation: Of this tick.
+            estimate: Where the robot is at this tick; it stops where it does not know.
             people: Confirmed tracks.
             costmap: What the way was planned on.
         """
-        pose = observation.pose_robot_in_world
+        pose = estimate.pose_robot_in_world
+        if estimate.lost:
+            return self._command(np.zeros(2), 0.0, pose), Status.LOST
         if self._has_arrived(goal, pose):
             return self._command(np.zeros(2), 0.0, pose), Status.ARRIVED
         if pose.distance_to(goal.position) <= self.tolerance_position:  # even if somebody now blocks the goal's cell
             path = path or Path(np.vstack([pose.position, goal.position]), 0.0)
         if path is None:
-            return self._command(np.zeros(2), 0.0, pose), self._waiting(observation.time)
+            return self._command(np.zeros(2), 0.0, pose), self._waiting(estimate.time)
         yaw = goal.yaw if pose.distance_to(goal.position) < TURN_AT else pose.yaw
         way = Way(_ending_at(goal.position, path.points_in_world, costmap.resolution))
         if self._stands_before(goal, way):
-            return self._command(np.zeros(2), self._turn(yaw - pose.yaw), pose), self._waiting(observation.time)
+            return self._command(np.zeros(2), self._turn(yaw - pose.yaw), pose), self._waiting(estimate.time)
         self._waiting_since = None
         if way.length > TURN_AT:
             yaw = way.direction_to(FACE_AHEAD, pose.yaw)

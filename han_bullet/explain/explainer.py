@@ -58,8 +58,6 @@ def _warnings(replayed: Replay) -> tuple[str, ...]:
     own = [name for name in run.settings["layers"] if name not in known]
     if own:
         told.append(f"the run had layers of its own, which a replay lacks: {', '.join(own)}")
-    if run.settings["localization"] != "simulator":
-        told.append(f"poses are the simulator's, and the run had those of {run.settings['localization']}")
     return tuple(told)
 
 

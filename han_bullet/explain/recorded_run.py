@@ -14,12 +14,21 @@ import numpy as np
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, TRACKS_HEADER
+from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, TruePerson, Truth
+from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, POSES_HEADER, TRACKS_HEADER
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "feet.csv", "messages.csv")
+FILES = (
+    "result.json",
+    "world.yaml",
+    "trace.csv",
+    "poses.csv",
+    "tracks.csv",
+    "detections.csv",
+    "feet.csv",
+    "messages.csv",
+)
 Row = dict[str, str]
 Value = TypeVar("Value")
 SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "device_session", "git_commit")
@@ -42,6 +51,7 @@ class RecordedRun:
         world: The concrete one, with the cameras that were in use.
         settings: The run's result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
+        poses: Where the robot believed itself to be, by tick.
         detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
@@ -51,6 +61,7 @@ class RecordedRun:
     world: World
     settings: Mapping[str, Any]
     truths: tuple[Truth, ...]
+    poses: Mapping[int, PoseEstimate]
     detections: Mapping[tuple[int, str], Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
@@ -96,6 +107,7 @@ def read_run(folder: Path) -> RecordedRun:
         world,
         settings,
         truths,
+        dict(_rows(folder / "poses.csv", POSES_HEADER, _pose)),
         _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
@@ -141,6 +153,11 @@ def _numbers(row: Row, *columns: str) -> list[float]:
 def _track(row: Row) -> TrackRow:
     x, y, vx, vy = _numbers(row, "x", "y", "vx", "vy")
     return TrackRow(int(row["id"]), (x, y, vx, vy))
+
+
+def _pose(row: Row) -> PoseEstimate:
+    time, x, y, yaw = _numbers(row, "time", "x", "y", "yaw")
+    return PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(int(row["lost"])))
 
 
 def _message(row: Row) -> DeviceMessage:

@@ -11,12 +11,25 @@ import numpy as np
 from han_bullet.ablation import NoDetector, TruthTracker
 from han_bullet.assembly import build_stack, build_tracker, known_devices
 from han_bullet.costmap.layers import STANDARD
-from han_bullet.coverage import empty_frame
+from han_bullet.coverage import empty_image
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun, TrackRow
-from han_bullet.messages import Detections, Frame, FrameDetections, Observation, Scan, TrackedPerson, Truth
+from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.localization.localization import Localization
+from han_bullet.messages import (
+    Detections,
+    Frame,
+    FrameDetections,
+    LaserScan,
+    Observation,
+    Odometry,
+    PoseEstimate,
+    Scan,
+    TrackedPerson,
+    Truth,
+)
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.world_schema import CONTROL_PERIOD, Sit
@@ -59,6 +72,23 @@ class Replay:
     looks: dict[str, Look]
     difference: float
     differs_since: float | None
+
+
+class RecordedLocalization(Localization):
+    """Believes at each tick what was believed then during a run.
+
+    Args:
+        run: The run.
+    """
+
+    def __init__(self, run: RecordedRun) -> None:
+        super().__init__()
+        self.name = str(run.settings["localization"])
+        self._poses = run.poses
+
+    def locate(self, odometry: Odometry, laser: LaserScan | None) -> PoseEstimate:
+        """Return the recorded pose."""
+        return self._poses[round(odometry.time / CONTROL_PERIOD)]
 
 
 class RecordedDetector(FrameDetector):
@@ -115,6 +145,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         tracker = TruthTracker(iter(run.truths).__next__, seated)
     return build_stack(
         world,
+        localization=RecordedLocalization(run),
         detector=RecordedDetector(run) if run.sees else NoDetector(),
         tracker=tracker,
         without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
@@ -124,13 +155,13 @@ def _stack(run: RecordedRun) -> NavigationStack:
 
 
 def _observation(run: RecordedRun, number: int) -> Observation:
-    """Return what the robot knew at a tick, with frames that have no pixels."""
+    """Return what the robot sensed at a tick, with images that have no pixels; where it was is known, not odometry."""
     truth = run.truths[number]
-    pose = truth.pose_robot_in_world
     due = [camera for camera in run.world.cameras if run.sees and number % camera.ticks_per_frame == 0]
-    frames = tuple(empty_frame(camera, pose, truth.time) for camera in due)
+    images = tuple(empty_image(camera, truth.time) for camera in due)
     messages = tuple(map(write_payload, run.messages.get(number, ())))
-    return Observation(truth.time, pose, truth.twist_robot_in_body, frames, messages)
+    nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
+    return Observation(truth.time, nowhere, None, images, messages)
 
 
 def _apart(people: Sequence[TrackedPerson], recorded: Sequence[TrackRow]) -> float:

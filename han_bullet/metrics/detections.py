@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
-from han_bullet.messages import Frame
+from han_bullet.messages import CameraImage
 from han_bullet.metrics.perceived import MATCH_WITHIN, distances_between, match
 from han_bullet.metrics.tally import Definition, Definitions, Value
 from han_bullet.tracking.field_of_view import SMALLEST, FieldOfView
@@ -31,11 +31,13 @@ class Visibility:
 
     def look(self, tick: Tick, true_positions: Array) -> list[NDArray[np.bool_]]:
         """Return for each frame of a tick whom it shows, shape (people,)."""
-        masks = [self._shown(frame, tick, true_positions) for frame in tick.observation.frames]
-        self._newest |= {frame.camera: mask for frame, mask in zip(tick.observation.frames, masks, strict=True)}
+        images = tick.observation.images
+        masks = [self._shown(image, tick, true_positions) for image in images]
+        self._newest |= {image.camera: mask for image, mask in zip(images, masks, strict=True)}
         return masks
 
-    def _shown(self, frame: Frame, tick: Tick, places: Array) -> NDArray[np.bool_]:
+    def _shown(self, image: CameraImage, tick: Tick, places: Array) -> NDArray[np.bool_]:
+        frame = image.placed(tick.truth.pose_robot_in_world)
         shown = self._view.sees(frame, places, robot=tick.truth.pose_robot_in_world)
         if len(places) > 1 and shown.any():
             shown &= ~self._view.hidden_by_people(frame, places, places)
@@ -106,10 +108,10 @@ class FrameTally:
             nearest = distances_between(scan.positions, true_positions).min(axis=1, initial=math.inf)
             self._false_detections += int((nearest > MATCH_WITHIN).sum())
         points = {scan.camera: scan.positions for scan in tick.decision.scans}
-        for frame, mask in zip(tick.observation.frames, shown, strict=True):
+        for image, mask in zip(tick.observation.images, shown, strict=True):
             if mask.any():
-                self._count_found(tick, mask, points.get(frame.camera, np.zeros((0, 2))), true_positions)
-        self._exposure = max((frame.time for frame in tick.observation.frames), default=self._exposure)
+                self._count_found(tick, mask, points.get(image.camera, np.zeros((0, 2))), true_positions)
+        self._exposure = max((image.time for image in tick.observation.images), default=self._exposure)
         if math.isfinite(self._exposure):
             self._ages.append(tick.decision.time - self._exposure)
 

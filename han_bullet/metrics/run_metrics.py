@@ -14,6 +14,7 @@ from han_bullet.metrics.contacts import ContactTally
 from han_bullet.metrics.distances import DistanceTally
 from han_bullet.metrics.hand_over import HandOverTally
 from han_bullet.metrics.intrusion import IntrusionTally
+from han_bullet.metrics.localization import LocalizationTally
 from han_bullet.metrics.motion import MotionTally
 from han_bullet.metrics.passing import OvertakingTally, PassingTally
 from han_bullet.metrics.perception import PerceptionTally
@@ -37,6 +38,7 @@ TALLIES: tuple[type[Tally], ...] = (
     TransitTally,
     HandOverTally,
     PerceptionTally,
+    LocalizationTally,
 )
 # Metrics of one person or device carry its name behind a dot: minimum_distance.walker.
 DEFINITIONS: dict[str, Definition] = {
@@ -87,6 +89,7 @@ class Metrics(Hook):
             TransitTally(world.seats(), {tv.name: np.array(tv.position) for tv in world.devices}, on_seats),
             *([HandOverTally(world.task)] if isinstance(world.task, HandOverTask) else []),
             PerceptionTally(people, field_of_view(world)),
+            LocalizationTally(),
         )
 
     def record(self, tick: Tick) -> None:

@@ -73,8 +73,8 @@ def first_frame() -> Frame:
         closing.callback(frames.close)
         simulator = Simulator(world, renderer=frames)
         closing.callback(simulator.close)
-        (frame,) = simulator.reset().frames
-    return frame
+        (image,) = simulator.reset().images
+    return image.placed(world.robot.start_pose_in_world)
 
 
 def channels_of(frame: Frame) -> Floats:

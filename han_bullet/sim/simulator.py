@@ -7,11 +7,10 @@ from types import TracebackType
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
-from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
-from han_bullet.messages import Frame, Observation, Truth
+from han_bullet.geometry import Twist2D
+from han_bullet.messages import CameraImage, Observation, Odometry, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
-from han_bullet.sim.localization import TrueLocalization
 from han_bullet.sim.pedestrian import Pedestrian
 from han_bullet.sim.renderer import FrameSource, Image
 from han_bullet.sim.robot import MecanumRobot
@@ -27,8 +26,6 @@ STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
 
 class Simulator:
     """Simulate a world tick by tick.
-
-    An observation's pose comes from the localization port; its twist is the simulator's, until odometry is modelled.
 
     Attributes:
         world: As given.
@@ -55,7 +52,6 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
-        self._localization = TrueLocalization()
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
@@ -89,11 +85,6 @@ class Simulator:
     def truth_time(self) -> float:
         """Return the time simulated so far [s]."""
         return self._tick * CONTROL_PERIOD
-
-    @property
-    def localization_name(self) -> str:
-        """Return what the observation's pose comes from."""
-        return self._localization.name
 
     @property
     def render_state(self) -> SceneState:
@@ -172,22 +163,18 @@ class Simulator:
         time = self.truth_time
         for device in self._devices:
             device.tell(time, self._channel)
-        # Asked once per tick: localization that errs at random must not place robot and onboard camera apart.
-        pose = self._localization.pose(time, self._truth.pose_robot_in_world)
-        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), self._channel.receive())
+        odometry = Odometry(time, self._truth.pose_robot_in_world, self._truth.twist_robot_in_body)
+        return Observation(time, odometry, None, self._images(), self._channel.receive())
 
-    def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
-        """Take the pictures that are due; the onboard camera is where the believed pose has it."""
+    def _images(self) -> tuple[CameraImage, ...]:
+        """Take the pictures that are due."""
         due = [camera for camera in self.world.cameras if self._tick % camera.ticks_per_frame == 0]
         if self._frame_source is None or not due:
             return ()
         images = self._frame_source.render([camera.name for camera in due], self.render_state)
-        return tuple(self._frame(*pair, pose_robot_in_world) for pair in zip(due, images, strict=True))
+        return tuple(self._image(*pair) for pair in zip(due, images, strict=True))
 
-    def _frame(self, camera: Camera, image: Image, pose_robot_in_world: Pose2D) -> Frame:
-        if isinstance(camera, CeilingCamera):
-            camera_in_world = camera.camera_in_world
-        else:
-            camera_in_world = camera_on_robot(pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
+    def _image(self, camera: Camera, image: Image) -> CameraImage:
         fixed = isinstance(camera, CeilingCamera)
-        return Frame(camera.name, self.truth_time, image, camera.intrinsics, camera_in_world, fixed)
+        mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
+        return CameraImage(camera.name, self.truth_time, image, camera.intrinsics, mount, fixed)

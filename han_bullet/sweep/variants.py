@@ -75,6 +75,7 @@ def _scaled(text: str) -> tuple[Scaled, ...]:
 WORDS: dict[str, Word] = {
     "cameras": Word("perception", _always("cameras")),
     "truth": Word("perception", _always("truth")),
+    "told-pose": Word("localization", _always("truth")),
     "nnjpda": Word("association", _always("nnjpda")),
     "nn": Word("association", _always("nn")),
     "gnn": Word("association", _always("gnn")),

@@ -1,0 +1,1 @@
+"""Where the robot is: odometry and laser against the map."""
