@@ -87,7 +87,7 @@ class LaserScan:
         ranges: From the scanner, counter-clockwise, shape (n,) [m]; inf where nothing is within range_max.
         angle_min: Direction of the first ray in the scanner's frame [rad].
         angle_increment: Between neighbouring rays [rad].
-        range_min: Nearer than this nothing is measured [m].
+        range_min: What is nearer shows at this range [m].
         range_max: Farther than this nothing is measured [m].
         scanner_in_body: Where the scanner is on the robot.
     """

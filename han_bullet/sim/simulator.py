@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from types import TracebackType
 
+import numpy as np
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.geometry import Twist2D
-from han_bullet.messages import CameraImage, Observation, Odometry, Truth
+from han_bullet.messages import CameraImage, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
+from han_bullet.sim.laser import LaserScanner
+from han_bullet.sim.odometry import WheelOdometry
 from han_bullet.sim.pedestrian import Pedestrian
 from han_bullet.sim.renderer import FrameSource, Image
 from han_bullet.sim.robot import MecanumRobot
@@ -36,6 +39,7 @@ class Simulator:
         world: World,
         *,
         renderer: FrameSource | None,
+        seed: int = 0,
         gui: bool = False,
         channel: DeviceChannel | None = None,
     ) -> None:
@@ -44,6 +48,7 @@ class Simulator:
         Args:
             world: A concrete world; nothing in here varies it.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
+            seed: Of the errors of odometry and laser.
             gui: Whether to open a window on the scene.
             channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
 
@@ -52,9 +57,11 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
+        self._seed = seed
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
+        self._laser: LaserScanner | None = None
         self._load()
 
     def reset(self) -> Observation:
@@ -70,6 +77,7 @@ class Simulator:
         self._tick += 1
         for person in self._people:
             person.pose_body(CONTROL_PERIOD)
+        self._odometry.advance(self._robot.pose_in_world)
         return self._observe()
 
     def request_hand_over(self, active: bool) -> None:
@@ -97,6 +105,9 @@ class Simulator:
         if self._client is not None:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = None
+        if self._laser is not None:
+            self._laser.close()
+            self._laser = None
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
@@ -125,8 +136,18 @@ class Simulator:
         bodies = {body: (box.name, box.kind) for body, box in room.bodies.items()}
         bodies |= {person.body: (person.name, "person") for person in self._people}
         self._contacts = ContactSensor(client, self._robot.body, bodies)
+        self._load_senses()
         self._tick, self._step, self._requests_hand_over = 0, 0, False
         self._truth = self._look()
+
+    def _load_senses(self) -> None:
+        """Mount odometry and laser, their errors drawn anew from the seed, each from a row of its own."""
+        if self._laser is not None:
+            self._laser.close()
+        laser_rng, slip_rng = map(np.random.default_rng, np.random.SeedSequence(self._seed).spawn(2))
+        settings, robot = self.world.robot, self._robot
+        self._laser = LaserScanner(self.world, settings.laser, laser_rng) if settings.laser is not None else None
+        self._odometry = WheelOdometry(robot.wheels, settings.slip, robot.pose_in_world, slip_rng)
 
     def _step_physics(self) -> None:
         robot = self._robot_now()
@@ -163,8 +184,17 @@ class Simulator:
         time = self.truth_time
         for device in self._devices:
             device.tell(time, self._channel)
-        odometry = Odometry(time, self._truth.pose_robot_in_world, self._truth.twist_robot_in_body)
-        return Observation(time, odometry, None, self._images(), self._channel.receive())
+        return Observation(
+            time, self._odometry.read(time), self._scan(), self._images(), self._channel.receive()
+        )
+
+    def _scan(self) -> LaserScan | None:
+        """Sweep the laser when it is due."""
+        settings = self.world.robot.laser
+        if self._laser is None or settings is None or self._tick % settings.ticks_per_scan:
+            return None
+        people = [person.body_pose for person in self._people]
+        return self._laser.scan(self.truth_time, self._truth.pose_robot_in_world, people)
 
     def _images(self) -> tuple[CameraImage, ...]:
         """Take the pictures that are due."""
