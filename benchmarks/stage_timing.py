@@ -40,7 +40,7 @@ def one_process(world: World, seed: int, seconds: float) -> str:
     simulator = Simulator(world, renderer=station.frames)
     stack = build_stack(
         world,
-        localization=build_localization(world, seed),
+        localization=build_localization(world, world.robot.start_pose_in_world, seed),
         detector=station.detector,
         tracker=build_tracker(world),
     )
@@ -107,14 +107,14 @@ def with_workers(world: World, seed: int, seconds: float, workers: int) -> tuple
         simulator = Simulator(world, renderer=cameras)
         stack = build_stack(
             world,
-            localization=build_localization(world, seed),
+            localization=build_localization(world, world.robot.start_pose_in_world, seed),
             detector=cameras,
             tracker=build_tracker(world),
         )
         run_episode(simulator, stack, duration=0.5)  # compiled code loaded, backgrounds rendered
         stack = build_stack(
             world,
-            localization=build_localization(world, seed),
+            localization=build_localization(world, world.robot.start_pose_in_world, seed),
             detector=cameras,
             tracker=build_tracker(world),
         )

@@ -32,7 +32,7 @@ def counted_work(world: World, seed: int, seconds: float) -> dict[str, int]:
     simulator = Simulator(world, renderer=station.frames)
     stack = build_stack(
         world,
-        localization=build_localization(world, seed),
+        localization=build_localization(world, world.robot.start_pose_in_world, seed),
         detector=station.detector,
         tracker=build_tracker(world),
     )

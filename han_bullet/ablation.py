@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from han_bullet.detection.camera_detector import FrameDetector
-from han_bullet.localization.localization import Localization
+from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
     Detections,
     Frame,
@@ -43,12 +43,14 @@ class TrueLocalization(Localization):
     name = "simulator"
 
     def __init__(self, truth: Callable[[], Truth]) -> None:
-        super().__init__()
         self._truth = truth
 
-    def locate(self, odometry: Odometry, laser: LaserScan | None) -> PoseEstimate:
+    def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
         """Return the true pose; what is sensed plays no part."""
         return PoseEstimate(odometry.time, self._truth().pose_robot_in_world)
+
+    def relocalize(self) -> None:
+        """Do nothing: the pose is always known."""
 
 
 class TruthTracker(PeopleTracker):

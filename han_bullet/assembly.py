@@ -15,7 +15,9 @@ from han_bullet.device_channel import SIMULATED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.localization.localization import Localization
+from han_bullet.localization.lidar import LidarLocalization
+from han_bullet.localization.localizer import Localization
+from han_bullet.localization.occupancy_grid import OccupancyGrid
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
@@ -33,6 +35,7 @@ ASSOCIATIONS: dict[str, type[Association]] = {
     "gnn": GlobalNearestNeighbour,
 }
 
+OF_LOCALIZATION = 2  # its random numbers are none of the simulator's, which are the streams before
 HULL_MARGIN = 0.05  # [m]: what of a robot hides people is a little wider than its footprint: wheels, rim
 
 
@@ -49,6 +52,30 @@ def build_tracker(world: World, association: str = "nnjpda") -> MultiCameraTrack
         seats=world.seats(),
         floor=world.floor,
         association=ASSOCIATIONS[association](),
+    )
+
+
+def build_localization(world: World, start: Pose2D, seed: int) -> Localization:
+    """Return the localization by laser for a world.
+
+    Args:
+        world: Its building is the map, at the scanner's height.
+        start: Where the robot was put, as far as the robot knows; a seed's variation is what it does not know.
+        seed: Of what it draws.
+
+    Raises:
+        BadInputError: The robot has no laser.
+    """
+    laser = world.robot.laser
+    if laser is None:
+        raise BadInputError(f"world {world.name!r} has a robot without laser; localization truth would be right")
+    floor = [(area.x, area.y) for area in world.floor]
+    away, turned = world.seed_varies.robot_start, world.seed_varies.heading  # either way, uniformly: variance a^2 / 3
+    return LidarLocalization(
+        OccupancyGrid.of_building(floor, world.solid_boxes(), scan_height=laser.height),
+        start,
+        np.diag([away**2, away**2, turned**2]) / 3.0 + np.diag([1e-4, 1e-4, 1e-4]),
+        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(OF_LOCALIZATION,))),
     )
 
 
@@ -141,8 +168,3 @@ def known_devices(world: World, session: str = SIMULATED) -> KnownDevices:
     """Return the devices, taken to be off until their first message; the session is that of the simulated ones."""
     devices = [Device(device.name, np.array(device.position), on=False) for device in world.devices]
     return KnownDevices(devices, session=session)
-
-
-def build_localization(world: World, seed: int) -> Localization:
-    """Return the lidar localization of a world's robot, which starts where the world file has it."""
-    raise NotImplementedError

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+TOUCH = 1e-4  # a box that reaches no further into a cell [m] only borders on it; world files round angles
+
 
 def wrap_angle(angle: float) -> float:
     """Return the same angle in [-pi, pi) [rad]."""
@@ -51,6 +53,16 @@ class Pose2D:
         pose = np.eye(4)
         pose[:2, :2], pose[:2, 3] = rotation(self.yaw), (self.x, self.y)
         return pose
+
+    def compose(self, other_in_self: Pose2D) -> Pose2D:
+        """Map a pose from this pose's body frame to the world."""
+        x, y = rotated(other_in_self.x, other_in_self.y, self.yaw)
+        return Pose2D(self.x + x, self.y + y, wrap_angle(self.yaw + other_in_self.yaw))
+
+    def relative(self, other_in_world: Pose2D) -> Pose2D:
+        """Map a pose from the world to this pose's body frame."""
+        x, y = rotated(other_in_world.x - self.x, other_in_world.y - self.y, -self.yaw)
+        return Pose2D(x, y, wrap_angle(other_in_world.yaw - self.yaw))
 
     def distance_to(self, point_in_world: Array | tuple[float, float]) -> float:
         """Return the distance to a point, two numbers [m]."""
@@ -210,6 +222,20 @@ class SolidBox:
         in_box = (points_in_world - self.centre_in_world[:2]) @ rotation(self.yaw)
         inside: NDArray[np.bool_] = np.all(np.abs(in_box) <= 0.5 * self.size[:2] + margin, axis=-1)
         return inside
+
+    def touches_cells(self, x: Array, y: Array, resolution: float) -> NDArray[np.bool_]:
+        """Tell which cells with centres x, (1, columns), and y, (rows, 1) [m], overlap the box (separating axes)."""
+        half_box, half_cell = 0.5 * self.size[:2], 0.5 * resolution
+        turn = rotation(self.yaw)
+        grown = np.abs(turn)  # the half extents of a unit square of one frame along the axes of the other
+        dx, dy = x - self.centre_in_world[0], y - self.centre_in_world[1]
+        reach_x, reach_y = grown @ half_box + half_cell - TOUCH
+        u, v = turn[0, 0] * dx + turn[1, 0] * dy, turn[0, 1] * dx + turn[1, 1] * dy
+        reach_u, reach_v = half_box + grown.sum(axis=0) * half_cell - TOUCH
+        overlap: NDArray[np.bool_] = (
+            (np.abs(dx) < reach_x) & (np.abs(dy) < reach_y) & (np.abs(u) < reach_u) & (np.abs(v) < reach_v)
+        )
+        return overlap
 
     def blocks(self, origin_in_world: Array, targets_in_world: Array) -> NDArray[np.bool_]:
         """Tell which straight lines from one point, (3,), to targets, (n, 3) [m], pass through the box (slab test)."""

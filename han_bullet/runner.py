@@ -23,8 +23,9 @@ from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_s
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
+from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.localization.localization import Localization
+from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
@@ -139,7 +140,7 @@ def run_world(
         WorkerDiedError: A camera process ended; what was written is whole.
     """
     started = time.perf_counter()
-    concrete = _concrete(name_or_path, options)
+    concrete, start = _concrete(name_or_path, options)
     if options.mirrored:
         options = replace(options, pass_side=OTHER_SIDE.get(options.pass_side, options.pass_side))
     check_world(concrete, f"{find_world(name_or_path)} (seed {options.seed})")
@@ -150,7 +151,7 @@ def run_world(
         simulator = Simulator(concrete, renderer=frames, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
-        stack = _build(concrete, options, simulator, people_finder, layers, devices)
+        stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
@@ -183,16 +184,18 @@ def run_world(
     return RunResult(folder, tuple(results), tuple(checks), simulated / took)
 
 
-def _concrete(name_or_path: str | Path, options: RunOptions) -> World:
-    """Return the world as the options make it."""
+def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:
+    """Return the world as the options make it, and where the robot was meant to be put, before the seed moved it."""
     world = load_world(name_or_path)
     if options.cameras is not None:
         world = world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
-    world = vary(world, options.seed)
+    start, world = world.robot.start_pose_in_world, vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
     # Last, so that a seed's mirrored run is the mirror image of its run.
-    return mirrored(world) if options.mirrored else world
+    if options.mirrored:
+        return mirrored(world), Pose2D(start.x, -start.y, -start.yaw)
+    return world, start
 
 
 def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dict[str, Any]:
@@ -265,6 +268,7 @@ def _open_cameras(
 def _build(
     world: World,
     options: RunOptions,
+    start: Pose2D,
     simulator: Simulator,
     detector: FrameDetector,
     layers: Sequence[Layer],
@@ -278,7 +282,7 @@ def _build(
         tracker = build_tracker(world, options.association)
     return build_stack(
         world,
-        localization=_localization(world, options, simulator),
+        localization=_localization(world, options, start, simulator),
         detector=detector,
         tracker=tracker,
         without=options.without,
@@ -288,10 +292,10 @@ def _build(
     )
 
 
-def _localization(world: World, options: RunOptions, simulator: Simulator) -> Localization:
+def _localization(world: World, options: RunOptions, start: Pose2D, simulator: Simulator) -> Localization:
     if options.localization == "truth":
         return TrueLocalization(lambda: simulator.truth)
-    return build_localization(world, options.seed)
+    return build_localization(world, start, options.seed)
 
 
 def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:

@@ -10,7 +10,8 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
-from han_bullet.localization.localization import Localization
+from han_bullet.localization.localizer import Localization
+from han_bullet.localization.pose_trail import PoseTrail
 from han_bullet.messages import (
     FrameDetections,
     HandOver,
@@ -87,12 +88,14 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self._trail = PoseTrail()
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
         estimate = self.localization.update(observation.odometry, observation.laser)
         pose = estimate.pose_robot_in_world
-        frames = [image.placed(self.localization.pose_at(image.time)) for image in observation.images]
+        self._trail.add(estimate)
+        frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
         detections = self.detector.detect(frames)
         scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
         people = self.tracker.update(scans, observation.time)

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.costmap.grid import FREE, LETHAL, Costmap, Costs
 from han_bullet.costmap.layer import Layer, check_positive
-from han_bullet.geometry import Array, SolidBox, rotation
+from han_bullet.geometry import SolidBox
 from han_bullet.messages import Scene
-
-TOUCH = 1e-4  # a box that reaches no further into a cell [m] only borders on it; world files round angles
 
 
 class StaticLayer(Layer):
@@ -43,20 +40,5 @@ class StaticLayer(Layer):
         drawn = np.full(costmap.shape, FREE, np.uint8)
         for box in self.boxes:
             window, x, y = costmap.centres_in_window(box.centre_in_world[:2], float(np.hypot(*box.size[:2])))
-            drawn[window][_touched(box, x, y, costmap.resolution)] = LETHAL
+            drawn[window][box.touches_cells(x, y, costmap.resolution)] = LETHAL
         return drawn
-
-
-def _touched(box: SolidBox, x: Array, y: Array, resolution: float) -> NDArray[np.bool_]:
-    """Tell which cells with centres x, (1, columns), and y, (rows, 1) [m], overlap a box (separating axes)."""
-    half_box, half_cell = 0.5 * box.size[:2], 0.5 * resolution
-    turn = rotation(box.yaw)
-    grown = np.abs(turn)  # the half extents of a unit square of one frame along the axes of the other
-    dx, dy = x - box.centre_in_world[0], y - box.centre_in_world[1]
-    reach_x, reach_y = grown @ half_box + half_cell - TOUCH
-    u, v = turn[0, 0] * dx + turn[1, 0] * dy, turn[0, 1] * dx + turn[1, 1] * dy
-    reach_u, reach_v = half_box + grown.sum(axis=0) * half_cell - TOUCH
-    overlap: NDArray[np.bool_] = (
-        (np.abs(dx) < reach_x) & (np.abs(dy) < reach_y) & (np.abs(u) < reach_u) & (np.abs(v) < reach_v)
-    )
-    return overlap

@@ -17,7 +17,7 @@ from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun, TrackRow
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.localization.localization import Localization
+from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
     Detections,
     Frame,
@@ -82,13 +82,15 @@ class RecordedLocalization(Localization):
     """
 
     def __init__(self, run: RecordedRun) -> None:
-        super().__init__()
         self.name = str(run.settings["localization"])
         self._poses = run.poses
 
-    def locate(self, odometry: Odometry, laser: LaserScan | None) -> PoseEstimate:
+    def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
         """Return the recorded pose."""
         return self._poses[round(odometry.time / CONTROL_PERIOD)]
+
+    def relocalize(self) -> None:
+        """Do nothing: what was believed is written."""
 
 
 class RecordedDetector(FrameDetector):

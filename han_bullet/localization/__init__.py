@@ -1,1 +1,1 @@
-"""Where the robot is: odometry and laser against the map."""
+"""Where the robot is: odometry, a laser scanner and the map of the building."""

@@ -184,9 +184,7 @@ class Simulator:
         time = self.truth_time
         for device in self._devices:
             device.tell(time, self._channel)
-        return Observation(
-            time, self._odometry.read(time), self._scan(), self._images(), self._channel.receive()
-        )
+        return Observation(time, self._odometry.read(time), self._scan(), self._images(), self._channel.receive())
 
     def _scan(self) -> LaserScan | None:
         """Sweep the laser when it is due."""
