@@ -27,6 +27,7 @@ from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
+from han_bullet.wall_faces import boxes_with_doors
 from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 ASSOCIATIONS: dict[str, type[Association]] = {
@@ -72,7 +73,7 @@ def build_localization(world: World, start: Pose2D, seed: int) -> Localization:
     floor = [(area.x, area.y) for area in world.floor]
     away, turned = world.seed_varies.robot_start, world.seed_varies.heading  # either way, uniformly: variance a^2 / 3
     return LidarLocalization(
-        OccupancyGrid.of_building(floor, world.solid_boxes(), scan_height=laser.height),
+        OccupancyGrid.of_building(floor, boxes_with_doors(world), scan_height=laser.height),
         start,
         np.diag([away**2, away**2, turned**2]) / 3.0 + np.diag([1e-4, 1e-4, 1e-4]),
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(OF_LOCALIZATION,))),

@@ -55,6 +55,8 @@ class LocalizationTally(Tally):
 
     def values(self) -> dict[str, Value]:
         """Return the errors so far."""
+        if not self._offsets:
+            return dict.fromkeys(self.definitions)
         return {
             "robot_position_rmse": float(np.sqrt(np.mean(np.square(self._offsets)))),
             "robot_position_error_max": max(self._offsets),

@@ -13,6 +13,7 @@ from han_bullet.sim.gait import BodyPose
 from han_bullet.sim.legs import LegBone, leg_bones
 from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.skeleton import skeleton_of
+from han_bullet.wall_faces import boxes_with_doors
 from han_bullet.world_schema import World
 
 RAYS_PER_CALL = pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE - 1  # PyBullet refuses more at once
@@ -28,7 +29,7 @@ class RayScene:
     def __init__(self, world: World) -> None:
         """Load the building, and legs for everybody, at places that `place_legs` gives."""
         self._client: int = pybullet.connect(pybullet.DIRECT)
-        CollisionRoom(self._client, world)
+        CollisionRoom(self._client, boxes_with_doors(world))
         self._skeletons = [skeleton_of(person.build) for person in world.people]
         self._bars: list[int] | None = None
 

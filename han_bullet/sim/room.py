@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pybullet
@@ -85,16 +85,20 @@ def load_furniture(client: int, urdf: str, box: SolidBox) -> int:
 
 
 class CollisionRoom:
-    """A ground plane and a box for each wall, piece of furniture and device.
+    """A ground plane and boxes for walls, furniture and devices.
+
+    Args:
+        client: PyBullet client.
+        boxes: What is solid.
 
     Attributes:
         bodies: Body id -> the box that it stands for.
     """
 
-    def __init__(self, client: int, world: World) -> None:
+    def __init__(self, client: int, boxes: Sequence[SolidBox]) -> None:
         ground = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
         pybullet.createMultiBody(0.0, ground, physicsClientId=client)
-        self.bodies = {_collision_box(client, box): box for box in world.solid_boxes()}
+        self.bodies = {_collision_box(client, box): box for box in boxes}
 
 
 def _collision_box(client: int, box: SolidBox) -> int:

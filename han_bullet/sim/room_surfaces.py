@@ -5,7 +5,6 @@ Only what someone inside can see is made: a wall's outer side costs time in ever
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -13,15 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from han_bullet.geometry import Array, SolidBox, rotation
+from han_bullet.geometry import SolidBox
 from han_bullet.sim.surfaces import Surface, box_sides, joined, rectangle, stretched, turned
+from han_bullet.wall_faces import DOOR_FRAME, DOOR_HEIGHT, WallFace, upright_faces
 from han_bullet.world_schema import TV, FloorArea, Furniture, Wall, World
 
 OVERLAP = 0.02  # [m] that walls reach below the floor, so that no gap shows where they meet
-IN_FRONT = 0.06  # [m] before a wall face: where floor must lie for the face to be seen
 SKIRTING_HEIGHT = 0.1  # [m]
-DOOR_SPACING = 5.0  # [m] along a wall; what one meets in an office corridor
-DOOR_WIDTH, DOOR_HEIGHT, DOOR_FRAME = 0.9, 2.05, 0.06  # [m]
 
 
 @dataclass(frozen=True)
@@ -98,76 +95,34 @@ def _floor(area: FloorArea) -> Surface:
     return rectangle(np.array([x, y, 0.0]), np.array([x_end - x, 0.0, 0.0]), np.array([0.0, y_end - y, 0.0]))
 
 
-@dataclass(frozen=True)
-class _Face:
-    """An upright wall face: its lower corner (2,), its direction (2,) with the room on the right, its size [m]."""
-
-    corner: Array
-    along: Array
-    length: float
-    height: float
-
-    def part(self, s: float, s_end: float, bottom: float, top: float) -> Surface:
-        start = np.array([*(self.corner + s * self.along), bottom])
-        edge = np.array([*((s_end - s) * self.along), 0.0])
-        return rectangle(start, edge, np.array([0.0, 0.0, top - bottom]), (s, max(bottom, 0.0)))
-
-    def visible_stretches(self, floor: Sequence[FloorArea]) -> list[tuple[float, float]]:
-        """Return from, to [m] of the stretches, in steps of about a metre, with floor before them."""
-        edges = np.linspace(0.0, self.length, max(1, math.ceil(self.length - 1e-6)) + 1)
-        normal = rotation(-0.5 * math.pi) @ self.along
-        stretches: list[tuple[float, float]] = []
-        for s, s_end in itertools.pairwise(edges.tolist()):
-            samples = np.linspace(s + 0.02, s_end - 0.02, 5)
-            before = self.corner + samples[:, None] * self.along + IN_FRONT * normal
-            if not any(_on_floor(point, floor) for point in before):
-                continue
-            if stretches and stretches[-1][1] == s:
-                s = stretches.pop()[0]
-            stretches.append((s, s_end))
-        return stretches
-
-
-def _on_floor(point: Array, floor: Sequence[FloorArea]) -> bool:
-    return any(area.x[0] <= point[0] <= area.x[1] and area.y[0] <= point[1] <= area.y[1] for area in floor)
+def _part(face: WallFace, s: float, s_end: float, bottom: float, top: float) -> Surface:
+    start = np.array([*(face.corner + s * face.along), bottom])
+    edge = np.array([*((s_end - s) * face.along), 0.0])
+    return rectangle(start, edge, np.array([0.0, 0.0, top - bottom]), (s, max(bottom, 0.0)))
 
 
 def _wall(box: SolidBox, wall: Wall, floor: Sequence[FloorArea]) -> Iterator[tuple[Material, Surface]]:
-    for face in _upright_faces(box):
+    for face in upright_faces(box):
         for s, s_end in face.visible_stretches(floor):
             yield from _panelled(face, s, s_end, Material(wall.texture))
 
 
-def _upright_faces(box: SolidBox) -> Iterator[_Face]:
-    length, thickness, height = box.size
-    for turn, width, depth in ((0.0, length, thickness), (0.5, thickness, length)):
-        for side in (0.0, 1.0):
-            along = rotation(box.yaw + (turn + side) * math.pi)[:, 0]
-            outward = rotation(-0.5 * math.pi) @ along
-            yield _Face(box.centre_in_world[:2] - 0.5 * width * along + 0.5 * depth * outward, along, width, height)
-
-
-def _panelled(face: _Face, s: float, s_end: float, plaster: Material) -> Iterator[tuple[Material, Surface]]:
+def _panelled(face: WallFace, s: float, s_end: float, plaster: Material) -> Iterator[tuple[Material, Surface]]:
     """Cover a stretch of wall with plaster above a skirting board, with doors where it is long enough for them."""
     top = face.height
-    for centre in _door_centres(s, s_end) if face.height > DOOR_HEIGHT + DOOR_FRAME else []:
-        left, right = centre - 0.5 * DOOR_WIDTH, centre + 0.5 * DOOR_WIDTH
+    for left, right in face.doors_in((s, s_end)):
         lintel = DOOR_HEIGHT + DOOR_FRAME
         yield from _bare(face, s, left - DOOR_FRAME, plaster)
-        yield DOOR_FRAMES, face.part(left - DOOR_FRAME, left, -OVERLAP, lintel)
-        yield DOORS, turned(face.part(left, right, -OVERLAP, DOOR_HEIGHT))
-        yield DOOR_FRAMES, face.part(left, right, DOOR_HEIGHT, lintel)
-        yield DOOR_FRAMES, face.part(right, right + DOOR_FRAME, -OVERLAP, lintel)
-        yield plaster, face.part(left - DOOR_FRAME, right + DOOR_FRAME, lintel, top)
+        yield DOOR_FRAMES, _part(face, left - DOOR_FRAME, left, -OVERLAP, lintel)
+        yield DOORS, turned(_part(face, left, right, -OVERLAP, DOOR_HEIGHT))
+        yield DOOR_FRAMES, _part(face, left, right, DOOR_HEIGHT, lintel)
+        yield DOOR_FRAMES, _part(face, right, right + DOOR_FRAME, -OVERLAP, lintel)
+        yield plaster, _part(face, left - DOOR_FRAME, right + DOOR_FRAME, lintel, top)
         s = right + DOOR_FRAME
     yield from _bare(face, s, s_end, plaster)
 
 
-def _bare(face: _Face, s: float, s_end: float, plaster: Material) -> Iterator[tuple[Material, Surface]]:
+def _bare(face: WallFace, s: float, s_end: float, plaster: Material) -> Iterator[tuple[Material, Surface]]:
     skirting = min(SKIRTING_HEIGHT, face.height)
-    yield SKIRTING, face.part(s, s_end, -OVERLAP, skirting)
-    yield plaster, face.part(s, s_end, skirting, face.height)
-
-
-def _door_centres(s: float, s_end: float) -> list[float]:
-    return list(np.arange(s + 0.5 * DOOR_SPACING, s_end - DOOR_WIDTH, DOOR_SPACING))
+    yield SKIRTING, _part(face, s, s_end, -OVERLAP, skirting)
+    yield plaster, _part(face, s, s_end, skirting, face.height)

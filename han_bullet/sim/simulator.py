@@ -129,7 +129,7 @@ class Simulator:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=PHYSICS_PERIOD, deterministicOverlappingPairs=1, physicsClientId=client
         )
-        room = CollisionRoom(client, self.world)
+        room = CollisionRoom(client, self.world.solid_boxes())
         self._people = [Pedestrian(client, person, self.world) for person in self.world.people]
         self._robot = MecanumRobot(client, self.world.robot)
         self._devices = [Television(tv) for tv in self.world.devices]
