@@ -14,7 +14,7 @@ from han_bullet.device_channel import SIMULATED
 from han_bullet.explain.recorded_run import RecordedRun
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, Posture, TruePerson, Truth
+from han_bullet.messages import Detections, PoseEstimate, Posture, TruePerson, Truth
 from han_bullet.tracking.sight import expected_box
 from han_bullet.world_file import load_world, parse_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
@@ -65,7 +65,8 @@ def made_run(
             rows = [expected_box(frame, np.array(place)) for place in boxes(camera.name, k * CONTROL_PERIOD)]
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
-    return RecordedRun(Path("made"), world, SETTINGS, truths, found, {}, {})
+    poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
+    return RecordedRun(Path("made"), world, SETTINGS, truths, poses, found, {}, {})
 
 
 def replayed(run: RecordedRun) -> Replay:
