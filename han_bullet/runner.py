@@ -55,7 +55,7 @@ class RunOptions:
     """How to run a world.
 
     Attributes:
-        seed: Decides starts, speeds, delays, clothes, light and image noise.
+        seed: Decides starts, speeds, delays, clothes, light, and the errors of images, odometry and laser.
         perception: "cameras", or "truth" for the ablation without detector and tracker.
         localization: "lidar", or "truth" for the ablation in which the simulator tells where the robot is.
         cameras: Names of the cameras in use; None takes all.
