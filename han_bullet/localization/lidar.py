@@ -8,8 +8,11 @@ import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.localization.beams import Beams
+from han_bullet.localization.global_search import GlobalSearch
+from han_bullet.localization.health import Health
 from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.localizer import Localization
+from han_bullet.localization.monte_carlo import MonteCarlo
 from han_bullet.localization.occupancy_grid import OccupancyGrid
 from han_bullet.localization.odometry_model import OdometryModel
 from han_bullet.localization.scan_matching import ScanMatcher
@@ -19,7 +22,7 @@ REMEMBERED = 40  # control ticks: a scan that is older than these cannot be plac
 
 
 class LidarLocalization(Localization):
-    """Track the pose by matching scans to the map; find it anew by particles."""
+    """Track the pose by matching scans to the map; find it anew, on request, by particles."""
 
     name = "lidar"
 
@@ -41,31 +44,50 @@ class LidarLocalization(Localization):
             generator: Draws particles.
             odometry_model: How wrong odometry may be; None for wheels as the simulator's.
         """
+        self._grid = grid
         self._field = LikelihoodField.of_map(grid)
         self._matcher = ScanMatcher(self._field)
         self._odometry_model = odometry_model or OdometryModel()
         self._generator = generator
-        self._pose, self._covariance = start, np.array(start_covariance, float)
+        self._health = Health(self._field, self._matcher, generator)
+        self._search: GlobalSearch | None = None
         self._odometry: deque[Odometry] = deque(maxlen=REMEMBERED)
+        self._pose, self._covariance = start, np.array(start_covariance, float)
+        self._lost = False
 
     def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
-        """Move by the odometry, then match the scan."""
-        step = (
-            self._odometry[-1].pose_robot_in_odom.relative(odometry.pose_robot_in_odom)
-            if self._odometry
-            else Pose2D(0.0, 0.0, 0.0)
-        )
+        """Move by the odometry, then look at the scan; once lost, stay so until a search has found the robot."""
+        last = self._odometry[-1] if self._odometry else odometry
         self._odometry.append(odometry)
-        self._pose, self._covariance = self._odometry_model.moved(self._pose, self._covariance, step)
-        if scan is not None:
-            scanner = self._scanner_now(scan)
-            if scanner is not None:
-                beams = Beams.of_scan(scan, scanner)
-                self._pose, self._covariance = self._matcher.match(self._pose, self._covariance, beams)
-        return PoseEstimate(odometry.time, self._pose, self._covariance)
+        self._move(last.pose_robot_in_odom.relative(odometry.pose_robot_in_odom))
+        scanner = None if scan is None else self._scanner_now(scan)
+        if scan is not None and scanner is not None:
+            self._look(scan.time, Beams.of_scan(scan, scanner))
+        return PoseEstimate(odometry.time, self._pose, self._covariance, self._lost)
 
     def relocalize(self) -> None:
-        """Look everywhere."""
+        """Scatter particles over the map; the scans to come decide."""
+        particles = MonteCarlo(self._grid, self._field, self._odometry_model, self._generator)
+        self._search = GlobalSearch(particles, self._field, self._matcher, self._pose)
+        self._covariance, self._lost = self._search.covariance, True
+
+    def _move(self, step: Pose2D) -> None:
+        if self._search is None:
+            self._pose, self._covariance = self._odometry_model.moved(self._pose, self._covariance, step)
+        else:
+            self._search.move(step)
+            self._pose = self._search.pose
+
+    def _look(self, time: float, beams: Beams) -> None:
+        if self._search is None:
+            self._pose, self._covariance = self._matcher.match(self._pose, self._covariance, beams)
+            self._lost = self._health.lost(time, self._pose, beams) or self._lost
+            return
+        self._search.look(beams)
+        self._pose, self._covariance = self._search.pose, self._search.covariance
+        if self._search.found:
+            self._search, self._lost = None, False
+            self._health = Health(self._field, self._matcher, self._generator)
 
     def _scanner_now(self, scan: LaserScan) -> Pose2D | None:
         """Return where the scanner was when it measured, in the body frame of now; None if that was too long ago."""

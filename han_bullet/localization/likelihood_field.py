@@ -46,26 +46,20 @@ class LikelihoodField:
         distance = np.where(grid.cells == FREE, clearance, -behind)
         return cls(distance, np.maximum(clearance, 0.0), grid.origin_in_world, grid.resolution)
 
-    def log_likelihoods(self, poses_in_world: Array, beams: Beams, deviation: float) -> Array:
-        """Return the sum over the beams of log p at each pose (x, y, yaw), shape (n, 3), as an array (n,).
+    def likelihoods(self, poses_in_world: Array, beams: Beams, deviation: float) -> tuple[Array, Array, Array]:
+        """Return how well a scan fits to each pose (x, y, yaw), shape (n, 3).
 
-        p = exp(-d^2 / (2 deviation^2)) (1 - SHORT) + SHORT at the distance d of the beam's end [m]; BLOCKED of a beam
-        that went through a surface.
+        Returns:
+            The sum over the beams of log p, with p = exp(-d^2 / (2 deviation^2)) (1 - SHORT) + SHORT at the distance d
+            of the beam's end [m], or BLOCKED of a beam that went through a surface; the number of beams that end at a
+            surface, or nowhere, as they should; the number that went through one; each of shape (n,).
         """
-        return self._likelihoods(poses_in_world, beams, deviation)[0]
-
-    def shares(self, pose_in_world: Array, beams: Beams, deviation: float) -> tuple[float, float]:
-        """Return which share of the beams ends at surfaces, or nowhere as it should, and which went through one."""
-        _, hit, blocked = self._likelihoods(pose_in_world[None], beams, deviation)
-        count = max(len(beams.returned), 1)
-        return float(hit[0]) / count, float(blocked[0]) / count
-
-    def _likelihoods(self, poses: Array, beams: Beams, deviation: float) -> tuple[Array, Array, Array]:
-        poses = np.ascontiguousarray(poses, float)
-        origin, ends = beams.origin_in_body, beams.ends_in_body
+        poses = np.ascontiguousarray(poses_in_world, float)
+        origin, ends = beams.origin_in_body, np.ascontiguousarray(beams.ends_in_body)
+        returned = np.ascontiguousarray(beams.returned)
         x, y = self.origin_in_world
         found: tuple[Array, Array, Array] = _likelihoods(
-            self.distance, self.clearance, x, y, self.resolution, poses, origin, ends, beams.returned, deviation
+            self.distance, self.clearance, x, y, self.resolution, poses, origin, ends, returned, deviation
         )
         return found
 
@@ -119,16 +113,18 @@ def _likelihoods(
 @numba.njit(cache=True)
 def _blocked(clearance: Array, resolution: float, x: float, y: float, to_x: float, to_y: float, stop: float) -> bool:
     """Tell whether a line meets an occupied cell before it went so far; all in cells."""
+    if stop <= 0.0:
+        return False
     rows, columns = clearance.shape
     reach = math.hypot(to_x - x, to_y - y)
+    along_x, along_y = (to_x - x) / reach, (to_y - y) / reach
     gone = 0.0
     while gone < stop:
-        at_x, at_y = x + gone / reach * (to_x - x), y + gone / reach * (to_y - y)
-        row, column = math.floor(at_y), math.floor(at_x)
+        row, column = math.floor(y + gone * along_y), math.floor(x + gone * along_x)
         if not (0 <= row < rows and 0 <= column < columns):
             return False
         free = clearance[row, column] / resolution
         if free <= 0.0:
             return True
-        gone += max(free - 0.71, 0.5)  # as far as is free from the cell's farthest corner, too
+        gone += max(free - 0.71, 1.0)  # as far as is free from the cell's farthest corner, too
     return False

@@ -20,7 +20,7 @@ class OdometryModel:
         yaw_per_turn: Deviation of the direction after a turn by a radian [rad / sqrt(rad)].
     """
 
-    position_per_way: float = 0.03
+    position_per_way: float = 0.05
     yaw_per_way: float = math.radians(1.0)
     yaw_per_turn: float = math.radians(1.5)
 

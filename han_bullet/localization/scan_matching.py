@@ -28,7 +28,7 @@ class ScanMatcher:
         *,
         deviation: float = 0.03,
         outlier: float = 0.05,
-        independent: float = 0.05,
+        independent: float = 0.5,
     ) -> None:
         """Take the map.
 
