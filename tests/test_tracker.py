@@ -206,6 +206,15 @@ def test_tracks_live_as_long_without_hits_as_their_posture_allows() -> None:
     assert life_after(Posture.SEATED, (seat,)) == pytest.approx(10.0, abs=0.2)
 
 
+def test_somebody_seated_is_gone_a_second_after_a_camera_shows_the_seat_to_be_empty() -> None:
+    seat = Seat("couch", np.array([7.0, 0.3]), -0.5 * math.pi, 0.8, 1.9)
+    _, tracker = follow(lone_walker(0.0, start=7.0), 5.0, tracker=MultiCameraTracker(field_of_view=VIEW, seats=[seat]))
+    scans = [replace(at(EASTWARD, 5.1 + 0.1 * k, []), empty_seats=("couch",)) for k in range(30)]
+    alive = [scan.time for scan in scans if tracker.update([scan], scan.time)]
+    assert alive[-1] == pytest.approx(6.0)  # without the rule it would be 15
+    assert tracker.records[-1].reason == "its seat was seen to be empty for 1.00 s by east"
+
+
 def test_a_young_track_dies_soon() -> None:
     log, tracker = follow(lambda time: [(8.0, 0.0)] if time < 1.0 else [], 3.0)
     gone = next(t for t, p in log if t > 1.0 and not p)
