@@ -76,9 +76,8 @@ def _boxes_in_view(
     if (depths <= 0.0).any():
         return None
     size = np.array([intrinsics.width, intrinsics.height])
-    shown = ((pixels >= 0.0) & (pixels <= size)).all(axis=-1) & ~_hidden(
-        bodies, seat, obstacles, camera_in_world[:3, 3]
-    )
+    inside = ((pixels >= 0.0) & (pixels <= size)).all(axis=-1)
+    shown = inside & ~_hidden(bodies, seat, obstacles, camera_in_world[:3, 3])
     corners, sizes = pixels.min(axis=1), np.ptp(pixels, axis=1)
     if shown.mean(axis=1).min() < LEAST_IN_VIEW or sizes[:, 1].min() < SMALLEST_BOX:
         return None
