@@ -9,7 +9,7 @@ from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.empty_seats import SeatInView
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.still_scene import _cell_means
+from han_bullet.detection.still_scene import _cell_means, may_hold
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, project
 from han_bullet.messages import Detections, Frame, Posture
@@ -58,6 +58,13 @@ def test_a_fixed_camera_with_an_empty_scene_names_the_seats_that_it_shows_to_be_
     found.calibrate([frame(), frame(camera="b")])
     frames = [frame(), frame((60, WHITE)), frame((204, WHITE)), frame(fixed=False), frame(camera="b")]
     assert [one.empty_seats for one in found.detect(frames)] == [("left", "right"), ("right",), ("left",), (), ()]
+
+
+def test_seats_are_seen_to_be_empty_in_a_frame_in_which_nobody_is_looked_for():
+    found = CameraDetector(detector(), seats={"a": [SeatInView("couch", np.array([[52.0, 60.0, 40.0, 110.0]]))]})
+    assert not may_hold(np.zeros((60, 80), bool), found.detector.smallest_area)
+    found.calibrate([frame()])
+    assert found.detect([frame()])[0].empty_seats == ("couch",)
 
 
 def test_what_the_empty_scene_rules_out_never_reaches_the_second_stage():

@@ -43,6 +43,13 @@ def test_a_seat_is_in_view_from_the_front_with_a_box_for_every_place_on_it() -> 
     assert (np.abs(np.diff(x + 0.5 * width)) < 0.5 * width.min()).all()
 
 
+def test_the_boxes_turn_with_the_seat() -> None:
+    (couch,) = seen_from(4.0, 1.0)
+    turned = replace(SEAT, facing=-0.5 * math.pi)
+    (same,) = seats_in_view([turned], [replace(COUCH, yaw=-0.5 * math.pi)], INTRINSICS, eye_at(1.0, -4.0))
+    assert np.allclose(couch.boxes, same.boxes)
+
+
 def test_a_narrow_seat_has_one_place() -> None:
     (chair,) = seen_from(4.0, 0.0, seat=replace(SEAT, width=0.4))
     assert chair.boxes.shape == (1, 4)
@@ -63,7 +70,7 @@ def test_furniture_before_the_seat_hides_it_and_a_wall_that_holds_the_camera_doe
 
 def test_a_seat_at_the_edge_of_the_image_behind_the_camera_or_far_away_is_not_in_view() -> None:
     assert seats_in_view([SEAT], [COUCH], INTRINSICS, eye_at(4.0, 0.0, (0.0, 2.2, 0.5))) == ()
-    assert seats_in_view([SEAT], [COUCH], INTRINSICS, eye_at(4.0, 0.0, (8.0, 0.0, 0.5))) == ()
+    assert seats_in_view([SEAT], [COUCH], INTRINSICS, eye_at(4.0, 0.0, (8.0, 0.0, 4.5))) == ()
     assert len(seen_from(9.0, 0.0)) == 1
     assert seen_from(14.0, 0.0) == ()
 

@@ -260,6 +260,18 @@ def test_who_gets_up_from_a_seat_leaves_it_empty_and_keeps_the_id() -> None:
     assert [(p.id, p.posture) for p in log[-1][1]] == [(0, Posture.WALKING)]
 
 
+def test_who_gets_up_keeps_the_id_though_the_seat_is_seen_to_be_empty_at_once() -> None:
+    seat, rng = Seat("couch", np.array([8.0, 0.5]), -0.5 * math.pi, 0.8, 1.9, "tv"), np.random.default_rng(1)
+    tracker = MultiCameraTracker(field_of_view=VIEW, seats=[seat])
+    for k in range(70):
+        time = 0.1 * k
+        place = (8.0, 0.0) if time < 4.0 else (8.0 - 0.7 * (time - 4.0), -0.6)
+        looks = [scan(frame, time, [place], rng) for frame in (EASTWARD, WESTWARD)]
+        empty = ("couch",) if time >= 4.0 else ()
+        people = tracker.update([replace(look, empty_seats=empty) for look in looks], time)
+    assert [(person.id, person.posture) for person in people] == [(0, Posture.WALKING)]
+
+
 def test_two_cameras_that_place_one_sitter_apart_make_one_person() -> None:
     seat = Seat("couch", np.array([8.0, 0.5]), -0.5 * math.pi, 0.8, 1.9, "tv")
     left, right = np.array([7.5, 0.2]), np.array([8.6, 0.2])

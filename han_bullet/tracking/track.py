@@ -24,8 +24,8 @@ YOUNG_AGE = 2.0
 YOUNG_LIFE = 0.6
 # Without a hit while in view [s]: a walker is soon elsewhere, a seated person is the hardest to detect.
 LIVES = {Posture.WALKING: 1.5, Posture.STANDING: 3.0, Posture.SEATED: 10.0}
-# Of somebody seated whose seat one camera shows to be empty in every frame since [s]: a pause in what it shows, by
-# whatever, would be shorter or would show somebody in between.
+# Without a hit, of somebody seated whose seat one camera shows to be empty in each of its frames [s]: twice as long as
+# a confirmation may take, so that whoever got up is known again by then and takes over the id (`continues`).
 EMPTY_SEAT_LIFE = 1.0
 # Outside every view, or hidden [s]; a seated person's is as long as in view, for they stay.
 OUTSIDE_LIFE = 3.0
