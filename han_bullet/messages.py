@@ -162,12 +162,14 @@ class Detections:
         probabilities: Of being a person, shape (n,), in [0, 1]; 1 where the detector gives none.
         feet: Rows of the image where the feet end [px], where the camera knows them better than by the box; NaN where
             not, shape (n,). None: nowhere.
+        empty_seats: Names of sitting areas that the image shows to be empty; of others it tells nothing.
     """
 
     boxes: Array
     scores: Array
     probabilities: Array
     feet: Array | None = field(default=None, kw_only=True)
+    empty_seats: tuple[str, ...] = field(default=(), kw_only=True)
 
     @classmethod
     def none(cls) -> Detections:
@@ -177,11 +179,21 @@ class Detections:
     def select(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Detections:
         """Return some of them: a mask, shape (n,), or row numbers in their new order."""
         feet = None if self.feet is None else self.feet[rows]
-        return Detections(self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet)
+        return Detections(
+            self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet, empty_seats=self.empty_seats
+        )
 
     def at(self, camera: str, time: float) -> FrameDetections:
         """Return the same as those of a camera's frame, exposed at a time [s]."""
-        return FrameDetections(self.boxes, self.scores, self.probabilities, camera, time, feet=self.feet)
+        return FrameDetections(
+            self.boxes,
+            self.scores,
+            self.probabilities,
+            camera,
+            time,
+            feet=self.feet,
+            empty_seats=self.empty_seats,
+        )
 
 
 @dataclass(frozen=True)
@@ -209,6 +221,7 @@ class Scan:
         sources: Row of the detection behind each measurement, shape (n,), int.
         frame: The image's camera, for what it can see.
         pose_robot_in_world: Of the robot, which may stand in the view; None where it is not known.
+        empty_seats: Names of sitting areas that the image shows to be empty.
     """
 
     camera: str
@@ -218,6 +231,7 @@ class Scan:
     sources: NDArray[np.int64]
     frame: Frame
     pose_robot_in_world: Pose2D | None = None
+    empty_seats: tuple[str, ...] = ()
 
 
 class Posture(str, Enum):

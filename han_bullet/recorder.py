@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, poses.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
+"""What a run leaves behind as tables: the truth, poses, tracks, boxes, feet, seats seen empty, and devices' messages.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -22,6 +22,7 @@ POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FEET_HEADER = ("time", "camera", "detection", "row")
+EMPTY_SEATS_HEADER = ("time", "camera", "seat")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
@@ -154,6 +155,23 @@ class FeetRecorder(TableRecorder):
             for number, row in enumerate([] if found.feet is None else found.feet.tolist()):
                 if math.isfinite(row):
                     yield found.time, found.camera, number, row
+
+
+class EmptySeatsRecorder(TableRecorder):
+    """Write which sitting areas fixed cameras showed to be empty.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, EMPTY_SEATS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per frame and seat that it shows to be empty."""
+        for found in tick.decision.detections:
+            for seat in found.empty_seats:
+                yield found.time, found.camera, seat
 
 
 class MessagesRecorder(TableRecorder):

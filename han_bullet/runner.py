@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, six tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, seven tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     DetectionsRecorder,
+    EmptySeatsRecorder,
     FeetRecorder,
     MessagesRecorder,
     PosesRecorder,
@@ -310,6 +311,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
+        EmptySeatsRecorder(folder / "empty_seats.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:

@@ -15,21 +15,21 @@ import numpy as np
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, POSES_HEADER, TRACKS_HEADER
+from han_bullet.recorder import (
+    DETECTIONS_HEADER,
+    EMPTY_SEATS_HEADER,
+    FEET_HEADER,
+    MESSAGES_HEADER,
+    POSES_HEADER,
+    TRACKS_HEADER,
+)
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-FILES = (
-    "result.json",
-    "world.yaml",
-    "trace.csv",
-    "poses.csv",
-    "tracks.csv",
-    "detections.csv",
-    "feet.csv",
-    "messages.csv",
-)
+TABLES = ("trace.csv", "poses.csv", "tracks.csv", "detections.csv", "feet.csv", "empty_seats.csv", "messages.csv")
+FILES = ("result.json", "world.yaml", *TABLES)
 Row = dict[str, str]
+Image = tuple[int, str]  # tick and camera
 Value = TypeVar("Value")
 SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "device_session", "git_commit")
 
@@ -52,7 +52,7 @@ class RecordedRun:
         settings: The run's result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
-        detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
+        detections: (tick, camera) -> what was found in that frame; frames that showed nothing are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
     """
@@ -62,7 +62,7 @@ class RecordedRun:
     settings: Mapping[str, Any]
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
-    detections: Mapping[tuple[int, str], Detections]
+    detections: Mapping[Image, Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
 
@@ -108,7 +108,7 @@ def read_run(folder: Path) -> RecordedRun:
         settings,
         truths,
         dict(_rows(folder / "poses.csv", POSES_HEADER, _pose)),
-        _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
+        _detections(folder),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
     )
@@ -164,28 +164,34 @@ def _message(row: Row) -> DeviceMessage:
     return DeviceMessage(row["device"], float(row["sent"]), on=bool(int(row["on"])), session=row["session"])
 
 
-def _detections(path: Path, feet: Mapping[tuple[int, str], Mapping[int, float]]) -> dict[tuple[int, str], Detections]:
-    """Gather the boxes of each frame, in the order in which the detector gave them, with the rows of known feet."""
-    frames: dict[tuple[int, str], list[list[float]]] = {}
-    columns = DETECTIONS_HEADER[2:]
-    for tick, (camera, box) in _rows(path, DETECTIONS_HEADER, lambda row: (row["camera"], _numbers(row, *columns))):
-        frames.setdefault((tick, camera), []).append(box)
-    tables = {key: np.array(boxes) for key, boxes in frames.items()}
+def _detections(folder: Path) -> dict[Image, Detections]:
+    """Gather the boxes of each frame, as the detector ordered them, with known feet and the seats seen empty."""
+    boxes = _by_image(_rows(folder / "detections.csv", DETECTIONS_HEADER, _box))
+    feet = _by_image(_rows(folder / "feet.csv", FEET_HEADER, _foot))
+    seats = _by_image(_rows(folder / "empty_seats.csv", EMPTY_SEATS_HEADER, lambda row: (row["camera"], row["seat"])))
     found = {}
-    for key, table in tables.items():
-        known = feet.get(key, {})
+    for image in {**boxes, **seats}:
+        table = np.array(boxes.get(image, ())).reshape(-1, len(DETECTIONS_HEADER) - 2)
+        known = dict(feet.get(image, ()))
         rows = np.array([known.get(number, math.nan) for number in range(len(table))])
-        found[key] = Detections(table[:, :4], table[:, 4], table[:, 5], feet=rows)
+        empty = tuple(seats.get(image, ()))
+        found[image] = Detections(table[:, :4], table[:, 4], table[:, 5], feet=rows, empty_seats=empty)
     return found
 
 
-def _feet(path: Path) -> dict[tuple[int, str], dict[int, float]]:
-    """Gather the rows of known feet [px] of each frame, by the number of their box."""
-    frames: dict[tuple[int, str], dict[int, float]] = {}
-    parsed = _rows(path, FEET_HEADER, lambda row: (row["camera"], int(row["detection"]), float(row["row"])))
-    for tick, (camera, number, row) in parsed:
-        frames.setdefault((tick, camera), {})[number] = row
-    return frames
+def _by_image(rows: Iterable[tuple[int, tuple[str, Value]]]) -> dict[Image, list[Value]]:
+    found: dict[Image, list[Value]] = {}
+    for tick, (camera, value) in rows:
+        found.setdefault((tick, camera), []).append(value)
+    return found
+
+
+def _box(row: Row) -> tuple[str, list[float]]:
+    return row["camera"], _numbers(row, *DETECTIONS_HEADER[2:])
+
+
+def _foot(row: Row) -> tuple[str, tuple[int, float]]:
+    return row["camera"], (int(row["detection"]), float(row["row"]))
 
 
 def _truths(path: Path, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:

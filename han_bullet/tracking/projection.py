@@ -115,6 +115,7 @@ class GroundProjection:
             kept.astype(np.int64),
             frame,
             pose_robot_in_world,
+            detections.empty_seats,
         )
 
     def _places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
