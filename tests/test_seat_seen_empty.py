@@ -11,20 +11,22 @@ import numpy as np
 import pytest
 from made_runs import SETTINGS
 
+from han_bullet.ablation import TrueLocalization
 from han_bullet.assembly import build_stack, build_tracker
 from han_bullet.camera_workers import CameraStation, DetectorChoice
-from han_bullet.coverage import empty_frame
+from han_bullet.coverage import empty_image
 from han_bullet.episode import Hook, Tick
 from han_bullet.explain.explainer import explain
 from han_bullet.explain.recorded_run import read_run
 from han_bullet.explain.replay import AGREEMENT, replay
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Frame, Observation, Posture, TruePerson, Truth
+from han_bullet.messages import CameraImage, Observation, Odometry, Posture, TruePerson, Truth
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
     MessagesRecorder,
+    PosesRecorder,
     TraceRecorder,
     TracksRecorder,
 )
@@ -71,12 +73,18 @@ def film(where: Where, end: float, folder: Path) -> Film:
     world = vary(load_world("real3"), 1)
     world = world.model_copy(update={"cameras": (world.camera("camera4"),)})
     station = CameraStation(world, 1, ["camera4"], DetectorChoice().load())
-    stack = build_stack(world, detector=station.detector, tracker=build_tracker(world))
+    still = Truth(0.0, ROBOT, Twist2D(), ())
+    stack = build_stack(
+        world,
+        localization=TrueLocalization(lambda: still),
+        detector=station.detector,
+        tracker=build_tracker(world),
+    )
     recorders, result = files_of_a_run(folder, world), Film(folder, [], [])
     for index in range(round(end / CONTROL_PERIOD) + 1):
         time = index * CONTROL_PERIOD
-        frames = pictures(station, world, index, where) if index % 2 == 0 else ()
-        observation = Observation(time, ROBOT, Twist2D(), frames)
+        images = pictures(station, world, index, where) if index % 2 == 0 else ()
+        observation = Observation(time, Odometry(time, ROBOT, Twist2D()), None, images)
         decision = stack.step(observation)
         pose, posture = where(time)
         truth = Truth(time, ROBOT, Twist2D(), (TruePerson("viewer", pose, np.zeros(2), posture),))
@@ -90,14 +98,14 @@ def film(where: Where, end: float, folder: Path) -> Film:
     return result
 
 
-def pictures(station: CameraStation, world: World, index: int, where: Where) -> tuple[Frame, ...]:
-    """Return camera4's frame of a tick."""
+def pictures(station: CameraStation, world: World, index: int, where: Where) -> tuple[CameraImage, ...]:
+    """Return camera4's image of a tick."""
     time = index * CONTROL_PERIOD
     pose, posture = where(time)
     body = Gait(world.people[0].build).advance(pose, 0.0, CONTROL_PERIOD, posture)
     state = SceneState(time, index, RobotPosture(ROBOT), (body,), (("tv", False),))
     (image,) = station.frames.render(["camera4"], state)
-    return (replace(empty_frame(world.camera("camera4"), ROBOT, time), image=image),)
+    return (replace(empty_image(world.camera("camera4"), time), image=image),)
 
 
 def files_of_a_run(folder: Path, world: World) -> list[Hook]:
@@ -109,6 +117,7 @@ def files_of_a_run(folder: Path, world: World) -> list[Hook]:
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
         EmptySeatsRecorder(folder / "empty_seats.csv"),
+        PosesRecorder(folder / "poses.csv"),
         MessagesRecorder(folder / "messages.csv", ["tv"]),
     ]
 
