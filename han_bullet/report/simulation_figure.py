@@ -20,10 +20,11 @@ from han_bullet.episode import Hook, Tick
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import Posture
 from han_bullet.metrics.passing import LEVEL_WITHIN
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, COSTS, ROBOT, SKY
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.runner import RunOptions, run_world
-from han_bullet.topdown import BODY_RADIUS, extent
+from han_bullet.topdown import extent
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -127,7 +128,7 @@ def _draw_moment(axes: Axes, world: World, tick: Tick, ticks: Sequence[Tick]) ->
     if tick.decision.path is not None:
         axes.plot(*tick.decision.path.points_in_world.T, color=ROBOT, linewidth=1.8, zorder=5, label="planned path")
     for person in tick.truth.people:
-        _draw_body(axes, person.pose_in_world, BODY_RADIUS, "white")
+        _draw_body(axes, person.pose_in_world, PERSON_RADIUS, "white")
         x, y = person.pose_in_world.position
         label = axes.text(x, y + ABOVE_BODY, person.name, ha="center", fontsize=7.5, color=BLACK, zorder=5.5)
         label.set_path_effects([withStroke(linewidth=2.0, foreground="white")])

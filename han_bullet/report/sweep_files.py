@@ -12,7 +12,6 @@ from typing import Any
 from han_bullet.errors import BadInputError, HanError
 from han_bullet.report.run_files import Value
 
-METRIC = "metric."
 USUAL_BASELINE = "cameras"
 
 
@@ -121,18 +120,18 @@ def read_sweep(folder: Path) -> Sweep:
         HanError: pyarrow is not installed.
     """
     try:
-        from han_bullet.sweep_rows import read_rows
+        from han_bullet.sweep_rows import METRIC, read_rows
     except ModuleNotFoundError as error:
         raise HanError("the report of a sweep needs pyarrow; install han_bullet[sweep]") from error
     try:
-        rows = _rows(read_rows(folder).to_pylist())
+        rows = _rows(read_rows(folder).to_pylist(), METRIC)
     except (KeyError, TypeError, ValueError) as error:
         raise BadInputError(f"{folder}: rows without the columns of a sweep ({error!r})") from error
     by_run = {(row.world, row.variant, row.seed): row for row in rows}
     return Sweep(folder, tuple(by_run[key] for key in sorted(by_run)))
 
 
-def _rows(documents: Iterable[dict[str, Any]]) -> list[SweepRow]:
+def _rows(documents: Iterable[dict[str, Any]], prefix: str) -> list[SweepRow]:
     return [
         SweepRow(
             world=str(row["world"]),
@@ -147,9 +146,9 @@ def _rows(documents: Iterable[dict[str, Any]]) -> list[SweepRow]:
             git_commit=str(row["git_commit"] or "unknown"),
             world_sha256=str(row["world_sha256"] or ""),
             metrics={
-                name.removeprefix(METRIC): value
+                name.removeprefix(prefix): value
                 for name, value in row.items()
-                if name.startswith(METRIC) and value is not None
+                if name.startswith(prefix) and value is not None
             },
         )
         for row in documents
