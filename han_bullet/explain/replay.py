@@ -106,10 +106,10 @@ def replay(run: RecordedRun, time: float) -> Replay:
 
 
 def _stack(run: RecordedRun) -> NavigationStack:
-    world, settings = run.world, run.settings
+    world, result = run.world, run.result
     tracker: PeopleTracker
     if run.sees:
-        tracker = build_tracker(world, settings["association"])
+        tracker = build_tracker(world, str(result.association))
     else:
         seated = {p.name: p.behaviour.on for p in world.people if isinstance(p.behaviour, Sit)}
         tracker = TruthTracker(iter(run.truths).__next__, seated)
@@ -117,9 +117,9 @@ def _stack(run: RecordedRun) -> NavigationStack:
         world,
         detector=RecordedDetector(run) if run.sees else NoDetector(),
         tracker=tracker,
-        without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
-        pass_side=settings["pass"],
-        devices=known_devices(world, settings["device_session"]),
+        without=[layer.name for layer in STANDARD if layer.name not in result.layers],
+        pass_side=result.pass_side,
+        devices=known_devices(world, result.device_session),
     )
 
 
