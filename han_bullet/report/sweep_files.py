@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from han_bullet.assumptions import JOINT
 from han_bullet.errors import BadInputError, HanError
-from han_bullet.report.run_files import Value
+from han_bullet.metrics.tally import Value
 
 USUAL_BASELINE = "cameras"
 
@@ -44,6 +45,11 @@ class SweepRow:
     git_commit: str
     world_sha256: str
     metrics: dict[str, Value]
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Tell whether the world's mirror image was run."""
+        return "mirrored" in JOINT.split(self.variant)
 
     def people_values(self, name: str) -> list[Value]:
         """Return the values of a metric, of one without a person, or of all people or devices that have it."""
