@@ -112,7 +112,7 @@ def test_while_overtaking_on_the_side_with_less_room_overtake_is_what_moves_the_
     (sentence,) = verdict(explanation.way)
     assert sentence.startswith("overtake moved the way by ")
     assert " m to the left near (" in sentence and sentence.endswith(", because of track 0 (walker)")
-    assert "the other way has walker on its left" in details(strongest, explanation.way)
+    assert "the best way without it has walker on its left" in details(strongest, explanation.way)
 
 
 def test_costs_tell_what_a_layer_is_worth(overtaking: Path) -> None:

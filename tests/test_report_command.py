@@ -42,7 +42,7 @@ def test_nothing_to_report_is_one_sentence(capsys: pytest.CaptureFixture[str]) -
 
 def test_a_baseline_for_a_single_run_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "result.json").write_text("{}")
-    told = complaint(capsys, "report", str(tmp_path), "--baseline", "truth")
+    told = complaint(capsys, str(tmp_path), "--baseline", "truth")
     assert f"--baseline truth: {str(tmp_path)!r} is a single run" in told
 
 

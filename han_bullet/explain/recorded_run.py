@@ -135,8 +135,8 @@ def _feet(table: Table) -> dict[tuple[int, str], dict[int, float]]:
 
 def _truths(table: Table, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:
     """Read the trace; a true person's velocity is that of the track with their number, where there is one."""
-    robots = table.numbers(*(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega"))).tolist()
     people = [_person(table, person.name, number, tracks) for number, person in enumerate(world.people)]
+    robots = table.numbers(*(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega"))).tolist()
     times, ticks = table.numbers("time")[:, 0].tolist(), table.ticks().tolist()
     if ticks != list(range(len(ticks))) or not ticks:
         raise BadInputError(
