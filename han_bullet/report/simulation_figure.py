@@ -7,15 +7,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from han_bullet.costmap.grid import SOCIAL_MAX, Costmap
+from han_bullet.costmap.interaction import InteractionLayer
+from han_bullet.costmap.layers import layer_parameters
 from han_bullet.episode import Hook, Tick
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import Posture
@@ -67,7 +70,8 @@ def draw_simulation(world_name: str) -> Figure:
         axes.set_xlabel("x [m]")
     for axes in charts[:, 0]:
         axes.set_ylabel("y [m]")
-    figure.legend(*charts[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    handles = charts[0, 0].get_legend_handles_labels()[0] + _watched(film.ticks[-1])
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     figure.colorbar(image, ax=list(charts.ravel()), label="cost g; black: bodies", pad=0.01, aspect=20 * rows)
     return figure
 
@@ -117,6 +121,14 @@ def _devices(tick: Tick, last: Tick) -> str:
     """Say of devices that go on during the run whether they are on."""
     states = zip(tick.truth.devices_on, last.truth.devices_on, strict=True)
     return "".join(f", {name} {'on' if on else 'off'}" for (name, on), (_, ends_on) in states if ends_on)
+
+
+def _watched(last: Tick) -> list[Patch]:
+    """Explain the discs between viewers and devices that are on in the end, in the colour of their cost."""
+    names = [name for name, on in last.truth.devices_on if on]
+    gamma = layer_parameters(InteractionLayer)["gamma"]
+    words = f"disc: between viewer and {' or '.join(names)} while it is on"
+    return [Patch(color=colormaps[COSTS](gamma), label=words)] if names else []
 
 
 def _draw_moment(axes: Axes, world: World, tick: Tick, ticks: Sequence[Tick]) -> AxesImage:
