@@ -113,7 +113,7 @@ def check_expectations(
 
 def _check(expectation: Expectation, value: Value) -> Check:
     bounds = {">=": expectation.at_least, "<=": expectation.at_most, "==": expectation.equals}
-    expected = " and ".join(f"{sign} {bound}" for sign, bound in bounds.items() if bound is not None)
+    expected = " and ".join(f"{sign} {_plain(bound)}" for sign, bound in bounds.items() if bound is not None)
     passed = value is not None
     if expectation.equals is not None:
         passed = passed and value == expectation.equals
@@ -122,3 +122,8 @@ def _check(expectation: Expectation, value: Value) -> Check:
     if expectation.at_most is not None:
         passed = passed and isinstance(value, int | float) and value <= expectation.at_most
     return Check(expectation.metric, expected, value, passed)
+
+
+def _plain(bound: Value) -> str:
+    """Return a bound as people write it, 0 rather than 0.0."""
+    return f"{bound:g}" if isinstance(bound, float) else str(bound)

@@ -25,6 +25,7 @@ from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
+from han_bullet.latency import Latency
 from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
@@ -149,14 +150,16 @@ def run_world(
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, seed=options.seed, gui=options.gui, channel=channel)
+        latency = Latency()
+        watched = None if frames is None else latency.watched(frames)
+        simulator = Simulator(concrete, renderer=watched, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks])
+        run_episode(simulator, stack, duration=concrete.duration, hooks=[latency, metrics, *recorders, *hooks])
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -178,6 +181,7 @@ def run_world(
             "loop_s": round(took, 3),
             "preparation_s": round(prepared - started, 3),
             "real_time_factor": round(simulated / took, 3),
+            **latency.timings(),
             "peak_memory_mib": memory,
         },
     }

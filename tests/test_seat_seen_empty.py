@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_runs import SETTINGS
+from made_runs import RESULT
 
 from han_bullet.ablation import TrueLocalization
 from han_bullet.assembly import build_stack, build_tracker
@@ -110,7 +110,7 @@ def pictures(station: CameraStation, world: World, index: int, where: Where) -> 
 
 def files_of_a_run(folder: Path, world: World) -> list[Hook]:
     save_world(world, folder / "world.yaml", "a person before camera4")
-    (folder / "result.json").write_text(json.dumps(SETTINGS))
+    (folder / "result.json").write_text(json.dumps(RESULT))
     return [
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),

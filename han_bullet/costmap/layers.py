@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from han_bullet.costmap.body import BodyLayer
@@ -30,6 +30,25 @@ STANDARD: tuple[type[Layer], ...] = (
     OvertakeLayer,
     OncomingLayer,
 )
+
+SAFETY = ("static", "inflation", "body")  # what any robot needs; the other layers are social
+
+
+def layers_meant(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of layers that words of the command line mean: "social" is all but safety's.
+
+    Raises:
+        BadInputError: A word that is neither.
+    """
+    known = [layer.name for layer in STANDARD]
+    found: list[str] = []
+    for name in names:
+        if name != "social" and name not in known:
+            raise BadInputError(
+                f"layer {name!r} is not known; there are {', '.join(known)}, and social for all but safety"
+            )
+        found += [layer for layer in known if layer not in SAFETY] if name == "social" else [name]
+    return tuple(dict.fromkeys(found))
 
 
 def layer_parameters(layer: type[Layer]) -> dict[str, float]:
