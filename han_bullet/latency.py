@@ -39,11 +39,11 @@ class Latency(Hook):
 
     def observe(self, observation: Observation) -> None:
         """Take note that an observation is there."""
-        self._began_at = self._exposed_at if observation.frames else self._clock()
+        self._began_at = self._exposed_at if observation.images else self._clock()
 
     def record(self, tick: Tick) -> None:
         """Take note that its command is there."""
-        self._taken[bool(tick.observation.frames)].append(self._clock() - self._began_at)
+        self._taken[bool(tick.observation.images)].append(self._clock() - self._began_at)
 
     def timings(self) -> dict[str, float | None]:
         """Return median, 95th percentile and largest [ms] over all ticks and over those with frames; None over none."""
