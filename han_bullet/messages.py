@@ -74,6 +74,19 @@ class LaserScan:
     range_max: float
     scanner_in_body: Pose2D
 
+    @property
+    def angles(self) -> Array:
+        """Return the directions of the rays in the scanner's frame, shape (n,) [rad]."""
+        angles: Array = self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
+        return angles
+
+    @property
+    def points_in_body(self) -> Array:
+        """Return where the rays that met something ended, shape (m, 2) [m]."""
+        met = np.isfinite(self.ranges)
+        ranges, angles = self.ranges[met, None], self.angles[met]
+        return self.scanner_in_body.to_world(ranges * np.column_stack([np.cos(angles), np.sin(angles)]))
+
 
 @dataclass(frozen=True)
 class Odometry:
@@ -117,6 +130,7 @@ class Observation:
         twist_robot_in_body: The simulator's, until odometry is modelled.
         frames: Images that became available at this tick, in the order of the cameras; often none.
         device_messages: Payloads that arrived since the last tick, as they came (`device_payload`).
+        laser: The scan that became available at this tick, or None.
     """
 
     time: float
@@ -124,6 +138,7 @@ class Observation:
     twist_robot_in_body: Twist2D
     frames: tuple[Frame, ...] = ()
     device_messages: tuple[bytes, ...] = ()
+    laser: LaserScan | None = None
 
 
 @dataclass(frozen=True)
@@ -311,7 +326,8 @@ class Scene:
         devices: Known devices.
         seats: Sitting areas of the map.
         task: What the robot is doing.
-        position_robot_in_world: Where it is, shape (2,) [m]; None where it is not known.
+        pose_robot_in_world: Where it is; None where it is not known.
+        laser: The scan taken at that pose, or None.
     """
 
     time: float
@@ -319,7 +335,8 @@ class Scene:
     devices: tuple[Device, ...] = ()
     seats: tuple[Seat, ...] = ()
     task: Task | None = None
-    position_robot_in_world: Array | None = None
+    pose_robot_in_world: Pose2D | None = None
+    laser: LaserScan | None = None
 
 
 @dataclass(frozen=True)
@@ -346,6 +363,7 @@ class Status(str, Enum):
     LOOKING = "looking for the person of the task"
     ARRIVED = "arrived"
     BLOCKED = "blocked"
+    PROTECTIVE_STOP = "braking: something is too near"
 
 
 @dataclass(frozen=True)

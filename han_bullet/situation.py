@@ -50,8 +50,15 @@ class Situation:
         self._postures = postures
         if isinstance(self._task, HandOver):
             self._task = _with_person(self._task, people, observation.pose_robot_in_world)
-        robot = observation.pose_robot_in_world.position
-        self._scene = Scene(observation.time, tuple(people), self._devices.states, self._seats, self._task, robot)
+        self._scene = Scene(
+            observation.time,
+            tuple(people),
+            self._devices.states,
+            self._seats,
+            self._task,
+            observation.pose_robot_in_world,
+            observation.laser,
+        )
         return self._scene
 
     def goal(self) -> Pose2D:

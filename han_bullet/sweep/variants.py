@@ -13,7 +13,7 @@ from han_bullet.costmap.layers import STANDARD
 from han_bullet.errors import BadInputError
 from han_bullet.runner import RunOptions
 
-SAFETY = ("static", "inflation", "body")  # what any robot needs; the other layers are social
+SAFETY = ("static", "obstacle", "inflation", "body")  # what any robot needs; the other layers are social
 EVERY_SCORE = -1e6  # below every score of ACF, whose scan gives a window up much sooner
 
 
