@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
@@ -121,6 +122,11 @@ def build_stack(
             max_yaw_acceleration=robot.max_yaw_acceleration,
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
+        ),
+        protective_stop=ProtectiveStop(
+            radius=robot.radius,
+            max_acceleration=robot.max_acceleration,
+            max_yaw_acceleration=robot.max_yaw_acceleration,
         ),
     )
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
@@ -50,7 +51,7 @@ class Decision:
 
 
 class NavigationStack:
-    """Turn one observation into one command: detect, locate, track, map, plan, follow."""
+    """Turn one observation into one command: detect, locate, track, map, plan, follow, and brake where that must be."""
 
     def __init__(
         self,
@@ -63,6 +64,7 @@ class NavigationStack:
         layers: Sequence[Layer],
         planner: Planner,
         follower: Follower,
+        protective_stop: ProtectiveStop,
     ) -> None:
         self.detector = detector
         self.projection = projection
@@ -72,6 +74,7 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self.protective_stop = protective_stop
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -90,6 +93,12 @@ class NavigationStack:
         command, status = self.follower.follow(path, goal, observation, people, costmap)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
+        command, braked = self.protective_stop.limit(
+            command, observation.laser, observation.twist_robot_in_body, observation.time
+        )
+        if braked:
+            self.follower.overruled(command, pose)
+            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
         return Decision(
             observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
         )

@@ -48,7 +48,8 @@ def scan_at(*points_in_body: tuple[float, float], time: float = 0.0) -> LaserSca
     first = math.floor(min(angles, default=0.0) / step)
     ranges = np.full(1 + (round(max(angles, default=0.0) / step) - first), np.inf)
     for (x, y), angle in zip(points, angles, strict=True):
-        ranges[round(angle / step) - first] = math.hypot(x, y)
+        ray = round(angle / step) - first
+        ranges[ray] = min(ranges[ray], math.hypot(x, y))
     return LaserScan(time, ranges, first * step, step, 0.05, RANGE_MAX, Pose2D(0.0, 0.0, 0.0))
 
 
