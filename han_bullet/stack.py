@@ -94,7 +94,7 @@ class NavigationStack:
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         command, braked = self.protective_stop.limit(
-            command, observation.laser, observation.twist_robot_in_body, observation.time
+            command, observation.laser, observation.odometry.twist_robot_in_body, observation.time
         )
         if braked:
             self.follower.overruled(command, pose)
