@@ -411,6 +411,7 @@ class Truth:
         people: In the order of the world file.
         devices_on: State of each device.
         contacts: What the robot touches.
+        taken_away: Names of the furniture that is no longer there.
     """
 
     time: float
@@ -419,3 +420,4 @@ class Truth:
     people: tuple[TruePerson, ...]
     devices_on: tuple[tuple[str, bool], ...] = ()
     contacts: tuple[Contact, ...] = ()
+    taken_away: tuple[str, ...] = ()

@@ -25,9 +25,14 @@ class RayScene:
     def __init__(self, world: World, height: float) -> None:
         """Keep what is at a height [m] above the floor."""
         self._height = height
-        self._rectangles = np.array([_rectangle(box) for box in world.solid_boxes() if _is_at(box, height)])
-        self._rectangles = self._rectangles.reshape(-1, 6)
+        self._boxes = [box for box in world.all_boxes() if _is_at(box, height)]
+        self._rectangles = np.array([_rectangle(box) for box in self._boxes]).reshape(-1, 6)
         self._skeletons = [skeleton_of(person.build) for person in world.people]
+
+    def take_away(self, name: str) -> None:
+        """Let rays pass where a piece of furniture was."""
+        self._boxes = [box for box in self._boxes if box.name != name]
+        self._rectangles = np.array([_rectangle(box) for box in self._boxes]).reshape(-1, 6)
 
     def distances(self, origin: Array, angles: Array, people: Sequence[BodyPose]) -> Array:
         """Return how far the first surface is along each ray.
