@@ -68,7 +68,7 @@ def _check_free(world: World, source: str, field: str, place: Array, radius: flo
     on_floor = any(a.x[0] <= place[0] <= a.x[1] and a.y[0] <= place[1] <= a.y[1] for a in world.floor)
     if not on_floor:
         raise BadInputError(f"{source}: {field}: {place.tolist()} lies on no floor area; move it onto one")
-    for box in world.solid_boxes():
+    for box in world.all_boxes():
         if box.contains(place, margin=radius):
             raise BadInputError(
                 f"{source}: {field}: {place.tolist()} lies inside {box.kind} {box.name!r} or nearer to it than the "

@@ -100,6 +100,19 @@ class LaserScan:
     range_max: float
     scanner_in_body: Pose2D
 
+    @property
+    def angles(self) -> Array:
+        """Return the directions of the rays in the scanner's frame, shape (n,) [rad]."""
+        angles: Array = self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
+        return angles
+
+    @property
+    def points_in_body(self) -> Array:
+        """Return where the rays that met something ended, shape (m, 2) [m]."""
+        met = np.isfinite(self.ranges)
+        ranges, angles = self.ranges[met, None], self.angles[met]
+        return self.scanner_in_body.to_world(ranges * np.column_stack([np.cos(angles), np.sin(angles)]))
+
 
 @dataclass(frozen=True)
 class Odometry:
@@ -351,7 +364,8 @@ class Scene:
         devices: Known devices.
         seats: Sitting areas of the map.
         task: What the robot is doing.
-        position_robot_in_world: Where it is, shape (2,) [m]; None where it is not known.
+        pose_robot_in_world: Where it is; None where it is not known.
+        laser: The scan taken at that pose, or None.
     """
 
     time: float
@@ -359,7 +373,8 @@ class Scene:
     devices: tuple[Device, ...] = ()
     seats: tuple[Seat, ...] = ()
     task: Task | None = None
-    position_robot_in_world: Array | None = None
+    pose_robot_in_world: Pose2D | None = None
+    laser: LaserScan | None = None
 
 
 @dataclass(frozen=True)
@@ -387,6 +402,7 @@ class Status(str, Enum):
     ARRIVED = "arrived"
     LOST = "lost: what the laser sees does not fit to the map"
     BLOCKED = "blocked"
+    PROTECTIVE_STOP = "braking: something is too near"
 
 
 @dataclass(frozen=True)
@@ -432,6 +448,7 @@ class Truth:
         people: In the order of the world file.
         devices_on: State of each device.
         contacts: What the robot touches.
+        taken_away: Names of the furniture that is no longer there.
     """
 
     time: float
@@ -440,3 +457,4 @@ class Truth:
     people: tuple[TruePerson, ...]
     devices_on: tuple[tuple[str, bool], ...] = ()
     contacts: tuple[Contact, ...] = ()
+    taken_away: tuple[str, ...] = ()

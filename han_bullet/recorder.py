@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: the truth, poses, tracks, boxes, feet, seats seen empty, and devices' messages.
+"""What a run leaves behind as tables: the truth, poses, scans, tracks, boxes, feet, seats seen empty, and devices' messages.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -18,6 +18,7 @@ from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+LASER_HEADER = ("time", "angle_min", "angle_increment", "range_min", "range_max", "x", "y", "yaw")
 POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
@@ -101,6 +102,31 @@ class PosesRecorder(TableRecorder):
         estimate = tick.decision.estimate
         pose = estimate.pose_robot_in_world
         yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
+
+
+class LaserRecorder(TableRecorder):
+    """Write what the laser measured: one row per scan, with the scanner's place on the robot, and its ranges last.
+
+    Args:
+        path: The file.
+        rays: Of a scan.
+    """
+
+    def __init__(self, path: Path, rays: int) -> None:
+        super().__init__(path, (*LASER_HEADER, *ray_columns(rays)))
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the row of a tick's scan, if there is one; where nothing was met, the range is inf."""
+        scan = tick.observation.laser
+        if scan is not None:
+            at = scan.scanner_in_body
+            limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
+            yield [*map(float, (scan.time, *limits, at.x, at.y, at.yaw)), *scan.ranges.tolist()]
+
+
+def ray_columns(rays: int) -> tuple[str, ...]:
+    """Return the names of the columns of a scan's ranges."""
+    return tuple(f"range{ray}" for ray in range(rays))
 
 
 class TracksRecorder(TableRecorder):

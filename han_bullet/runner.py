@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, seven tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, eight tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
+    LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
     TraceRecorder,
@@ -312,6 +313,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         PosesRecorder(folder / "poses.csv"),
+        LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),

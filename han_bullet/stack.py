@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
@@ -64,7 +65,7 @@ class Decision:
 
 
 class NavigationStack:
-    """Turn one observation into one command: localize, detect, project, track, map, plan, follow."""
+    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, brake if need be."""
 
     def __init__(
         self,
@@ -78,6 +79,7 @@ class NavigationStack:
         layers: Sequence[Layer],
         planner: Planner,
         follower: Follower,
+        protective_stop: ProtectiveStop,
     ) -> None:
         self.localization = localization
         self.detector = detector
@@ -88,6 +90,7 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self.protective_stop = protective_stop
         self._trail = PoseTrail()
 
     def step(self, observation: Observation) -> Decision:
@@ -99,7 +102,7 @@ class NavigationStack:
         detections = self.detector.detect(frames)
         scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
         people = self.tracker.update(scans, observation.time)
-        scene = self.situation.update(estimate, people, observation.device_messages)
+        scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
@@ -110,6 +113,12 @@ class NavigationStack:
         command, status = self.follower.follow(path, goal, estimate, people, costmap)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
+        command, braked = self.protective_stop.limit(
+            command, observation.laser, observation.odometry.twist_robot_in_body, observation.time
+        )
+        if braked:
+            self.follower.overruled(command, pose)
+            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
         return Decision(
             observation.time, estimate, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
         )

@@ -7,7 +7,7 @@ carries the costmap, and the building lies on it as a drawing.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
@@ -72,7 +72,7 @@ class TopDownView:
         self._world = world
         self._size = size
         self._lettering = lettering
-        self._boxes = {box.name: box for box in world.solid_boxes()}
+        self._boxes = {box.name: box for box in world.all_boxes()}
         low, high = extent(world)
         self.scale = float(np.min(np.array(size) / (high - low)))  # [px/m]
         self._centre = 0.5 * (low + high)
@@ -95,7 +95,7 @@ class TopDownView:
             measurements: Foot points that came in since the last picture, each (n, 2) [m].
         """
         self._draw_costs(picture, tick.decision.costmap)
-        self._draw_building(picture, dict(tick.truth.devices_on))
+        self._draw_building(picture, dict(tick.truth.devices_on), tick.truth.taken_away)
         self._draw_goal(picture)
         self._draw_ways(picture, tick)
         for person in tick.truth.people:
@@ -117,8 +117,10 @@ class TopDownView:
         np.copyto(picture, self._ground)
         picture[top:bottom, left:right] = cv2.resize(cells[::-1], (right - left, bottom - top))
 
-    def _draw_building(self, picture: Picture, devices_on: dict[str, bool]) -> None:
+    def _draw_building(self, picture: Picture, devices_on: dict[str, bool], taken_away: Collection[str]) -> None:
         for name, box in self._boxes.items():
+            if name in taken_away:
+                continue
             if box.kind == "wall":
                 drawing.polygon(picture, self.pixels(footprint(box)), WALL)
             elif name in devices_on:
@@ -232,5 +234,5 @@ def footprint(box: SolidBox) -> Array:
 def extent(world: World) -> tuple[Array, Array]:
     """Return the lower left and upper right corners of the building with a margin, each shape (2,) [m]."""
     floors = [corner for area in world.floor for corner in np.transpose([area.x, area.y])]
-    corners = np.array([*floors, *(corner for box in world.solid_boxes() for corner in footprint(box))])
+    corners = np.array([*floors, *(corner for box in world.all_boxes() for corner in footprint(box))])
     return corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN

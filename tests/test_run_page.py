@@ -189,7 +189,7 @@ def test_a_still_of_the_video_stands_for_it_until_it_plays(tmp_path: Path) -> No
 
 
 def test_the_command_line_makes_the_run_again(run: Path) -> None:
-    change_result(run, layers=["static", "inflation", "body"], **{"pass": "right"})
+    change_result(run, layers=["static", "obstacle", "inflation", "body"], **{"pass": "right"})
     expected = "--without personal_walking,personal_still,visibility,interaction,overtake,oncoming --pass right"
     assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
     change_result(run, mirrored=True)  # whose own side is the right one

@@ -25,6 +25,7 @@ from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
+    LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
     TraceRecorder,
@@ -118,6 +119,7 @@ def files_of_a_run(folder: Path, world: World) -> list[Hook]:
         FeetRecorder(folder / "feet.csv"),
         EmptySeatsRecorder(folder / "empty_seats.csv"),
         PosesRecorder(folder / "poses.csv"),
+        LaserRecorder(folder / "laser.csv", 0),
         MessagesRecorder(folder / "messages.csv", ["tv"]),
     ]
 

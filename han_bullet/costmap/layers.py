@@ -1,4 +1,4 @@
-"""The layers of the costmap, in order: the paper's eight, and one for people who come towards the robot."""
+"""The layers of the costmap, in order: the paper's eight, what the laser sees beyond the map, people who come near."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from han_bullet.costmap.body import BodyLayer
 from han_bullet.costmap.inflation import InflationLayer
 from han_bullet.costmap.interaction import InteractionLayer
 from han_bullet.costmap.layer import Layer
+from han_bullet.costmap.obstacle import ObstacleLayer
 from han_bullet.costmap.oncoming import OncomingLayer
 from han_bullet.costmap.overtake import OvertakeLayer
 from han_bullet.costmap.personal_still import PersonalStillLayer
@@ -21,6 +22,7 @@ from han_bullet.geometry import SolidBox
 
 STANDARD: tuple[type[Layer], ...] = (
     StaticLayer,
+    ObstacleLayer,
     InflationLayer,
     BodyLayer,
     PersonalWalkingLayer,
@@ -31,7 +33,7 @@ STANDARD: tuple[type[Layer], ...] = (
     OncomingLayer,
 )
 
-SAFETY = ("static", "inflation", "body")  # what any robot needs; the other layers are social
+SAFETY = ("static", "obstacle", "inflation", "body")  # what any robot needs; the other layers are social
 
 
 def layers_meant(names: Iterable[str]) -> tuple[str, ...]:
@@ -87,6 +89,7 @@ def standard_layers(
     _check_names(without, chosen)
     given: dict[str, dict[str, Any]] = {
         "static": {"boxes": boxes},
+        "obstacle": {"robot_radius": robot_radius},
         "inflation": {
             "robot_radius": robot_radius,
             "inflation_radius": inflation_radius,

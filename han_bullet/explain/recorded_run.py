@@ -11,13 +11,22 @@ import numpy as np
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER
+from han_bullet.messages import Detections, DeviceMessage, LaserScan, PoseEstimate, Posture, TruePerson, Truth
+from han_bullet.recorder import DETECTIONS_HEADER, LASER_HEADER, ray_columns
 from han_bullet.run_folder import ResultFile, Table, is_run, read_result, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-TABLES = ("trace.csv", "poses.csv", "tracks.csv", "detections.csv", "feet.csv", "empty_seats.csv", "messages.csv")
+TABLES = (
+    "trace.csv",
+    "poses.csv",
+    "laser.csv",
+    "tracks.csv",
+    "detections.csv",
+    "feet.csv",
+    "empty_seats.csv",
+    "messages.csv",
+)
 FILES = ("result.json", "world.yaml", *TABLES)
 Image = tuple[int, str]  # tick and camera
 
@@ -40,6 +49,7 @@ class RecordedRun:
         result: Of result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
+        scans: Tick -> what the laser measured.
         detections: (tick, camera) -> what was found in that frame; frames that showed nothing are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
@@ -50,6 +60,7 @@ class RecordedRun:
     result: ResultFile
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
+    scans: Mapping[int, LaserScan]
     detections: Mapping[Image, Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
@@ -98,6 +109,7 @@ def read_run(folder: Path) -> RecordedRun:
         result,
         truths,
         _poses(read_table(folder / "poses.csv")),
+        _scans(read_table(folder / "laser.csv")),
         detections,
         _messages(read_table(folder / "messages.csv")),
         tracks,
@@ -126,6 +138,17 @@ def _poses(table: Table) -> dict[int, PoseEstimate]:
     rows = table.numbers("time", "x", "y", "yaw", "lost").tolist()
     estimates = (PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(lost)) for time, x, y, yaw, lost in rows)
     return dict(zip(table.ticks().tolist(), estimates, strict=True))
+
+
+def _scans(table: Table) -> dict[int, LaserScan]:
+    rays = len(table.columns) - len(LASER_HEADER)
+    rows = zip(table.ticks().tolist(), table.numbers(*LASER_HEADER, *ray_columns(rays)), strict=True)
+    found = {}
+    for tick, row in rows:
+        time, start, increment, nearest, farthest, *place = row[: len(LASER_HEADER)].tolist()
+        ranges = row[len(LASER_HEADER) :]
+        found[tick] = LaserScan(time, ranges, start, increment, nearest, farthest, Pose2D(*place))
+    return found
 
 
 def _detections(

@@ -163,7 +163,7 @@ def _observation(run: RecordedRun, number: int) -> Observation:
     images = tuple(empty_image(camera, truth.time) for camera in due)
     messages = tuple(map(write_payload, run.messages.get(number, ())))
     nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
-    return Observation(truth.time, nowhere, None, images, messages)
+    return Observation(truth.time, nowhere, run.scans.get(number), images, messages)
 
 
 def _apart(people: Sequence[TrackedPerson], recorded: Sequence[TrackRow]) -> float:

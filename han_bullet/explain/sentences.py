@@ -8,7 +8,7 @@ from han_bullet.explain.explanation import LayerEffect, WayExplained
 
 # Shorter shifts are the grid's [m].
 NOTICED = 0.05
-BUILDING = ("static", "inflation")
+BUILDING = ("static", "obstacle", "inflation")
 
 
 def movers(way: WayExplained) -> list[LayerEffect]:
