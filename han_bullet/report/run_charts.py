@@ -146,7 +146,7 @@ def _draw_expected(axes: Axes, run: Run) -> None:
         if least is not None:
             kept.setdefault(least, []).append(person.name)
     for least, names in kept.items():
-        axes.axhline(least, color=BLACK, linewidth=0.8, linestyle="--")
+        axes.axhline(least, xmin=0.06, color=BLACK, linewidth=0.8, linestyle="--")  # beside the name of a zone
         words = f"{least:g} m expected from {', '.join(names)}"
         write_beside(axes, words, (0.07 * axes.get_xlim()[1], least), (0.0, 2.0), align="left")
 

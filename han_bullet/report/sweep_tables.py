@@ -38,8 +38,8 @@ def _passed(rows: Sequence[SweepRow]) -> Html:
     passed = sum(row.passed and row.error is None for row in rows)
     count = element("span", f"{passed} of {len(rows)}", class_="good" if passed == len(rows) else "bad")
     within = share_interval(passed, len(rows))
-    between = element("span", f" ({within.low:.0%} to {within.high:.0%})", class_="note")
-    return together([count, Html("<wbr>"), between])
+    between = element("span", f"({within.low:.0%} to {within.high:.0%})", class_="note")
+    return together([count, " ", between])
 
 
 def comparison(sweep: Sweep, world: str, variant: str, baseline: str) -> Html:
