@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: the truth, poses, scans, tracks, boxes, feet, seats seen empty, and devices' messages.
+"""What a run leaves behind as tables: the truth, what was sensed and found, what was believed of it, what devices said.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
