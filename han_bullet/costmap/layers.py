@@ -44,6 +44,7 @@ def standard_layers(
     boxes: Sequence[SolidBox],
     *,
     robot_radius: float,
+    robot_speed: float = 1.0,
     inflation_radius: float = 0.55,
     cost_scaling_factor: float = 10.0,
     pass_side: str = "left",
@@ -55,6 +56,7 @@ def standard_layers(
     Args:
         boxes: Walls, furniture and devices.
         robot_radius: Of the footprint [m].
+        robot_speed: The highest [m/s].
         inflation_radius: Where the cost of walls ends [m].
         cost_scaling_factor: Its decay [1/m].
         pass_side: On which side of a walking person the robot overtakes, "left" or "right".
@@ -75,6 +77,7 @@ def standard_layers(
         },
         "body": {"robot_radius": robot_radius},
         "overtake": {"pass_side": pass_side},
+        "oncoming": {"robot_speed": robot_speed},
     }
     return [
         layer(**(given.get(layer.name, {}) | chosen.get(layer.name, {})))
