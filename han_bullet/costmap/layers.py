@@ -1,4 +1,4 @@
-"""The layers of the costmap, in order: the paper's eight, and one for people who come towards the robot."""
+"""The layers of the costmap, in order: the paper's eight, and one for where people who walk will be."""
 
 from __future__ import annotations
 
