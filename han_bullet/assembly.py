@@ -137,6 +137,7 @@ def build_stack(
             *standard_layers(
                 boxes,
                 robot_radius=robot.radius,
+                robot_speed=robot.max_speed,
                 inflation_radius=settings.inflation_radius,
                 cost_scaling_factor=settings.cost_scaling_factor,
                 pass_side=pass_side,
