@@ -45,7 +45,7 @@ class RunOptions:
     """How to run a world.
 
     Attributes:
-        seed: Decides starts, speeds, delays, clothes, light and image noise.
+        seed: Decides starts, speeds, delays, clothes, light, and the errors of images, odometry and laser.
         perception: "cameras", or "truth" for the ablation without detector and tracker.
         cameras: Names of the cameras in use; None takes all.
         association: "nnjpda", "nn" or "gnn".
@@ -133,7 +133,7 @@ def run_world(
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, gui=options.gui, channel=channel)
+        simulator = Simulator(concrete, renderer=frames, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, simulator, people_finder, layers, devices)

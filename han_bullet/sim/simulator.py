@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from types import TracebackType
 
+import numpy as np
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
-from han_bullet.messages import Frame, Observation, Truth
+from han_bullet.messages import Frame, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
+from han_bullet.sim.laser import LaserScanner
 from han_bullet.sim.localization import TrueLocalization
+from han_bullet.sim.odometry import WheelOdometry
 from han_bullet.sim.pedestrian import Pedestrian
 from han_bullet.sim.renderer import FrameSource, Image
 from han_bullet.sim.robot import MecanumRobot
@@ -28,7 +31,8 @@ STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
 class Simulator:
     """Simulate a world tick by tick.
 
-    An observation's pose comes from the localization port; its twist is the simulator's, until odometry is modelled.
+    An observation's pose comes from the localization port, its twist is the simulator's; the robot's own senses are its
+    odometry and its laser.
 
     Attributes:
         world: As given.
@@ -39,6 +43,7 @@ class Simulator:
         world: World,
         *,
         renderer: FrameSource | None,
+        seed: int = 0,
         gui: bool = False,
         channel: DeviceChannel | None = None,
     ) -> None:
@@ -47,6 +52,7 @@ class Simulator:
         Args:
             world: A concrete world; nothing in here varies it.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
+            seed: Of the errors of odometry and laser.
             gui: Whether to open a window on the scene.
             channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
 
@@ -55,6 +61,7 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
+        self._seed = seed
         self._localization = TrueLocalization()
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
@@ -74,6 +81,7 @@ class Simulator:
         self._tick += 1
         for person in self._people:
             person.pose_body(CONTROL_PERIOD)
+        self._odometry.advance(self._robot.pose_in_world)
         return self._observe()
 
     def request_hand_over(self, active: bool) -> None:
@@ -134,8 +142,16 @@ class Simulator:
         bodies = {body: (box.name, box.kind) for body, box in room.bodies.items()}
         bodies |= {person.body: (person.name, "person") for person in self._people}
         self._contacts = ContactSensor(client, self._robot.body, bodies)
+        self._load_senses()
         self._tick, self._step, self._requests_hand_over = 0, 0, False
         self._truth = self._look()
+
+    def _load_senses(self) -> None:
+        """Mount odometry and laser, their errors drawn anew from the seed, each from a row of its own."""
+        laser_rng, slip_rng = map(np.random.default_rng, np.random.SeedSequence(self._seed).spawn(2))
+        settings, robot = self.world.robot, self._robot
+        self._laser = LaserScanner(self.world, settings.laser, laser_rng) if settings.laser is not None else None
+        self._odometry = WheelOdometry(robot.wheels, settings.slip, robot.pose_in_world, slip_rng)
 
     def _step_physics(self) -> None:
         robot = self._robot_now()
@@ -174,7 +190,23 @@ class Simulator:
             device.tell(time, self._channel)
         # Asked once per tick: localization that errs at random must not place robot and onboard camera apart.
         pose = self._localization.pose(time, self._truth.pose_robot_in_world)
-        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), self._channel.receive())
+        return Observation(
+            time,
+            pose,
+            self._truth.twist_robot_in_body,
+            self._frames(pose),
+            self._channel.receive(),
+            self._odometry.read(time),
+            self._scan(),
+        )
+
+    def _scan(self) -> LaserScan | None:
+        """Sweep the laser when it is due."""
+        settings = self.world.robot.laser
+        if self._laser is None or settings is None or self._tick % settings.ticks_per_scan:
+            return None
+        people = [person.body_pose for person in self._people]
+        return self._laser.scan(self.truth_time, self._truth.pose_robot_in_world, people)
 
     def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
         """Take the pictures that are due; the onboard camera is where the believed pose has it."""
