@@ -33,8 +33,12 @@ class OdometryModel:
         return np.array([position, position, self.yaw_per_way**2 * way + self.yaw_per_turn**2 * abs(step.yaw)])
 
     def sampled(self, poses: Array, step: Pose2D, generator: np.random.Generator) -> Array:
-        """Return poses (x, y, yaw), shape (n, 3), after as many draws of what the step may have been."""
-        deviations = np.sqrt(self.variances(step))
+        """Return poses (x, y, yaw), shape (n, 3), after as many draws of what the step may have been.
+
+        The slip is drawn for each step anew, which is enough for the few metres until the robot is found.
+        """
+        slip = self.slip * np.array([step.x, step.y, 0.0])
+        deviations = np.sqrt(self.variances(step) + slip**2)
         x, y, yaw = (np.array([step.x, step.y, step.yaw]) + generator.normal(size=(len(poses), 3)) * deviations).T
         c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         moved: Array = poses + np.column_stack([c * x - s * y, s * x + c * y, yaw])

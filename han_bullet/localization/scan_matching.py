@@ -13,8 +13,8 @@ from han_bullet.localization.likelihood_field import LikelihoodField
 
 STEPS = 20
 CONVERGED = 1e-5  # [m] and [rad]
-# A cell in which the distance bends by more [cells] is at a corner. A beam that ends beyond one draws the pose back; one
-# that ends before it could as well end anywhere before: what it tells has one side only, and no deviation.
+# A cell in which the distance bends by more [cells] is at a corner. A beam that ends beyond one draws the pose back;
+# where before it a beam ends tells nothing of the corner: its word has one side only, and no deviation.
 CURVED = 0.15
 
 
