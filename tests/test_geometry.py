@@ -88,3 +88,14 @@ def test_a_wall_blocks_the_lines_that_pass_through_it_and_no_others() -> None:
     origin = np.array([0.0, 0.0, 0.5])
     targets = np.array([[4.0, 0.0, 0.5], [1.5, 0.0, 0.5], [4.0, 3.0, 0.5], [4.0, 0.0, 3.0], [-4.0, 0.0, 0.5]])
     assert wall.blocks(origin, targets).tolist() == [True, False, False, False, False]
+
+
+def test_a_pose_given_in_anothers_frame_and_taken_back_is_the_same_and_moves_points_alike() -> None:
+    robot, scanner = Pose2D(1.0, 2.0, 2.0), Pose2D(0.3, -0.1, 2.5)
+    composed = robot.compose(scanner)
+    assert composed.to_world(np.array([1.0, 0.5])) == pytest.approx(
+        robot.to_world(scanner.to_world(np.array([1.0, 0.5])))
+    )
+    assert -math.pi <= composed.yaw < math.pi
+    back = robot.relative(composed)
+    assert (back.x, back.y, back.yaw) == pytest.approx((scanner.x, scanner.y, scanner.yaw))

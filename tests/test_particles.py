@@ -13,7 +13,7 @@ from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.monte_carlo import LEAST, MonteCarlo
 from han_bullet.localization.occupancy_grid import FREE, OccupancyGrid
 from han_bullet.localization.odometry_model import OdometryModel
-from han_bullet.localization.particles import BIN, drawn, effective_count, sufficient_count
+from han_bullet.localization.particles import BIN, drawn, effective_count, sufficient_count, tempered
 
 
 def particles(boxes: list[SolidBox], floor: tuple[tuple[float, float], tuple[float, float]]) -> MonteCarlo:
@@ -80,3 +80,10 @@ def test_moving_carries_each_particle_along_its_own_direction() -> None:
     robot.poses = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 0.5 * math.pi]])
     robot.move(Pose2D(0.5, 0.0, 0.0))
     assert robot.poses[:, :2] == pytest.approx(np.array([[1.5, 1.0], [1.0, 1.5]]), abs=0.05)
+
+
+def test_weights_are_sharpened_no_further_than_some_samples_keep_their_worth() -> None:
+    equal, logs = np.full(1000, 1e-3), np.linspace(-500.0, 0.0, 1000)
+    assert effective_count(tempered(equal, logs, 1.0, 100.0)) == pytest.approx(100.0, rel=0.1)
+    gentle = tempered(equal, 1e-3 * logs, 1.0, 100.0)
+    assert gentle / gentle[0] == pytest.approx(np.exp(1e-3 * (logs - logs[0])))

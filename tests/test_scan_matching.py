@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from simulated_laser import CORRIDOR, CORRIDOR_FLOOR, FLOOR, NOBODY, ROOM, Laser, legs
+from simulated_laser import CORRIDOR, CORRIDOR_FLOOR, FLOOR, NOBODY, ROOM, Laser, block, legs
 
 from han_bullet.geometry import Array, Pose2D, SolidBox, rotation
 from han_bullet.localization.beams import Beams
@@ -76,3 +76,11 @@ def test_a_scan_without_any_echo_leaves_the_prediction_as_it_is() -> None:
     pose, covariance = matcher(ROOM, FLOOR).match(Pose2D(3.0, 2.0, 0.1), VAGUE, nothing)
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((3.0, 2.0, 0.1))
     assert covariance == pytest.approx(VAGUE)
+
+
+def test_the_corner_where_walls_end_draws_a_pose_back_but_does_not_tell_it_to_centimetres() -> None:
+    walls = [block(8.0, side * 1.55, 16.0, 0.1) for side in (-1, 1)]
+    robot, true = matcher(walls, ((0.0, 30.0), (-1.5, 1.5))), Pose2D(9.0, 0.0, 0.0)
+    pose, covariance = robot.match(Pose2D(9.6, 0.0, 0.0), np.diag([0.4, 0.2, 0.1]) ** 2, seen(walls, true))
+    assert 8.8 < pose.x < 9.35
+    assert math.sqrt(covariance[0, 0]) > 0.2
