@@ -14,6 +14,7 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_channel import SIMULATED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
+from han_bullet.health.sensor_health import SensorHealth
 from han_bullet.known_devices import KnownDevices
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
@@ -72,6 +73,7 @@ def build_stack(
     pass_side: str = "left",
     layers: Sequence[Layer] = (),
     devices: KnownDevices | None = None,
+    sees: bool = True,
 ) -> NavigationStack:
     """Return the stack for a world.
 
@@ -83,6 +85,7 @@ def build_stack(
         pass_side: On which side of walking people the robot overtakes, "left" or "right".
         layers: Further layers, applied after the standard ones.
         devices: Of `known_devices`, to look into them; None makes them.
+        sees: Whether the robot relies on the world's cameras, whose health is then watched.
 
     Raises:
         BadInputError: A layer or a layer's parameter that does not exist, or a layer without a name.
@@ -122,7 +125,14 @@ def build_stack(
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
         ),
+        health=sensor_health(world, sees=sees),
     )
+
+
+def sensor_health(world: World, *, sees: bool) -> SensorHealth:
+    """Return what watches the sensors that the robot relies on."""
+    periods = {camera.name: camera.ticks_per_frame * CONTROL_PERIOD for camera in world.cameras if sees}
+    return SensorHealth(periods, noisy=world.image_noise > 0.0)
 
 
 def task_of(world: World) -> Task:

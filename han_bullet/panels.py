@@ -28,6 +28,7 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.YIELDING: (206, 120, 20),
     Status.ARRIVED: (20, 140, 90),
     Status.BLOCKED: (196, 40, 60),
+    Status.BLIND: (196, 40, 60),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
 FIELD_WIDTH = 168  # [px] of a figure in the title bar

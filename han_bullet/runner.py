@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, five tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, six tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -27,15 +27,23 @@ from han_bullet.known_devices import KnownDevices
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
+from han_bullet.noticed_faults import NoticedFault, NoticedFaults
 from han_bullet.provenance import git_commit, sha256, versions
-from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.recorder import (
+    DetectionsRecorder,
+    FeetRecorder,
+    FramesRecorder,
+    MessagesRecorder,
+    TraceRecorder,
+    TracksRecorder,
+)
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
 from han_bullet.world_file import find_world, load_world, save_world, world_files
-from han_bullet.world_schema import Sit, World
+from han_bullet.world_schema import InjectedFault, Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
 
@@ -58,6 +66,7 @@ class RunOptions:
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
         mqtt: Address of the broker through which devices speak, HOST[:PORT]; None keeps them in this process.
+        faults: Of sensors, besides those that the world file has.
     """
 
     seed: int = 0
@@ -73,6 +82,7 @@ class RunOptions:
     video: bool = True
     gui: bool = False
     mqtt: str | None = None
+    faults: tuple[InjectedFault, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what no other part checks."""
@@ -92,12 +102,14 @@ class RunResult:
         folder: Where its files are.
         metrics: Every number of the run.
         checks: The world's expectations, held against them.
+        faults: Of sensors, as the robot noticed them.
         real_time_factor: Simulated seconds per second of the loop.
     """
 
     folder: Path
     metrics: tuple[Metric, ...]
     checks: tuple[Check, ...]
+    faults: tuple[NoticedFault, ...]
     real_time_factor: float
 
 
@@ -133,14 +145,14 @@ def run_world(
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, gui=options.gui, channel=channel)
+        simulator = Simulator(concrete, renderer=frames, gui=options.gui, channel=channel, seed=options.seed)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, simulator, people_finder, layers, devices)
-        metrics = Metrics(concrete)
+        metrics, noticed = Metrics(concrete), NoticedFaults()
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks])
+        run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, noticed, *recorders, *hooks])
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -153,6 +165,7 @@ def run_world(
         "device_session": channel.session,
         "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
+        "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
@@ -166,7 +179,7 @@ def run_world(
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), simulated / took)
+    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> World:
@@ -177,6 +190,7 @@ def _concrete(name_or_path: str | Path, options: RunOptions) -> World:
     world = vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
+    world = world.with_faults(options.faults)
     # Last, so that a seed's mirrored run is the mirror image of its run.
     return mirrored(world) if options.mirrored else world
 
@@ -199,6 +213,8 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "layers": [],
         "pass": options.pass_side,
         "mirrored": options.mirrored,
+        "injected_faults": [fault.model_dump(mode="json") for fault in world.faults],
+        "faults": [],
         "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),
         "git_commit": git_commit(),
@@ -270,6 +286,7 @@ def _build(
         pass_side=options.pass_side,
         layers=layers,
         devices=devices,
+        sees=options.perception == "cameras",
     )
 
 
@@ -282,6 +299,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         TracksRecorder(folder / "tracks.csv"),
+        FramesRecorder(folder / "frames.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),

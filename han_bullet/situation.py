@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.messages import GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
+from han_bullet.messages import Fault, GoTo, HandOver, Observation, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
@@ -53,6 +53,11 @@ class Situation:
         robot = observation.pose_robot_in_world.position
         self._scene = Scene(observation.time, tuple(people), self._devices.states, self._seats, self._task, robot)
         return self._scene
+
+    @property
+    def device_faults(self) -> tuple[Fault, ...]:
+        """Return which devices are silent, as of the last update."""
+        return self._devices.faults
 
     def goal(self) -> Pose2D:
         """Return where the robot has to be for its task, as of the last update."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,12 +10,15 @@ from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
-from han_bullet.geometry import Twist2D
-from han_bullet.messages import FrameDetections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
+from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.health.sensor_health import SensorHealth
+from han_bullet.messages import Fault, FrameDetections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import PeopleTracker
+
+POSES_KEPT = 40  # two seconds' worth: frames that are later than that are placed a little wrongly
 
 
 @dataclass(frozen=True)
@@ -24,13 +28,14 @@ class Decision:
     Attributes:
         time: Of the observation [s].
         detections: One per frame of the observation.
-        scans: The same on the floor.
+        scans: The same on the floor, of the frames that are of use.
         people: Confirmed tracks.
         scene: What the layers looked at.
         costmap: What the planner looked at.
         path: The way taken, or None where there is no free one.
         command: For the robot.
         status: What the robot is up to.
+        faults: What is wrong with its sensors, as it has noticed.
     """
 
     time: float
@@ -42,6 +47,7 @@ class Decision:
     path: Path | None
     command: Twist2D
     status: Status
+    faults: tuple[Fault, ...] = ()
 
     @property
     def asks_for_hand_over(self) -> bool:
@@ -63,6 +69,7 @@ class NavigationStack:
         layers: Sequence[Layer],
         planner: Planner,
         follower: Follower,
+        health: SensorHealth | None = None,
     ) -> None:
         self.detector = detector
         self.projection = projection
@@ -72,12 +79,20 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self.health = health or SensorHealth()
+        self._poses: deque[tuple[float, Pose2D]] = deque(maxlen=POSES_KEPT)
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
         pose = observation.pose_robot_in_world
+        self._poses.append((observation.time, pose))
         detections = self.detector.detect(observation.frames)
-        scans = [self.projection.project(*pair, pose) for pair in zip(observation.frames, detections, strict=True)]
+        health = self.health.update(observation, detections)
+        scans = [
+            self.projection.project(frame, found, self._pose_at(frame.time))
+            for frame, found, usable in zip(observation.frames, detections, health.usable, strict=True)
+            if usable
+        ]
         people = self.tracker.update(scans, observation.time)
         scene = self.situation.update(observation, people)
         costmap = self.free_space.copy()
@@ -87,9 +102,22 @@ class NavigationStack:
         path = self.planner.update(
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
-        command, status = self.follower.follow(path, goal, observation, people, costmap)
+        command, status = self.follower.follow(path, goal, observation, people, costmap, health.speed_factor)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         return Decision(
-            observation.time, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+            observation.time,
+            tuple(detections),
+            tuple(scans),
+            people,
+            scene,
+            costmap,
+            path,
+            command,
+            status,
+            (*health.faults, *self.situation.device_faults),
         )
+
+    def _pose_at(self, time: float) -> Pose2D:
+        """Return where the robot believed to be at a time [s], for a frame that comes late."""
+        return next((pose for then, pose in reversed(self._poses) if then <= time + 1e-6), self._poses[0][1])

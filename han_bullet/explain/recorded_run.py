@@ -14,12 +14,13 @@ import numpy as np
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, TRACKS_HEADER
+from han_bullet.messages import Detections, DeviceMessage, ImageHealth, Posture, TruePerson, Truth
+from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, FRAMES_HEADER, MESSAGES_HEADER, TRACKS_HEADER
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-FILES = ("result.json", "world.yaml", "trace.csv", "tracks.csv", "detections.csv", "feet.csv", "messages.csv")
+TABLES = ("trace.csv", "tracks.csv", "frames.csv", "detections.csv", "feet.csv", "messages.csv")
+FILES = ("result.json", "world.yaml", *TABLES)
 Row = dict[str, str]
 Value = TypeVar("Value")
 SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "device_session", "git_commit")
@@ -34,6 +35,15 @@ class TrackRow:
 
 
 @dataclass(frozen=True)
+class FrameRow:
+    """A line of frames.csv: which camera's frame of which time [s] arrived, and what its pixels told."""
+
+    camera: str
+    exposed: float
+    health: ImageHealth | None = None
+
+
+@dataclass(frozen=True)
 class RecordedRun:
     """What a run left behind; ticks count from 0.
 
@@ -42,7 +52,8 @@ class RecordedRun:
         world: The concrete one, with the cameras that were in use.
         settings: The run's result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
-        detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
+        frames: Tick -> which frames arrived.
+        detections: (tick of the exposure, camera) -> the boxes of that frame; frames without boxes are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
     """
@@ -51,6 +62,7 @@ class RecordedRun:
     world: World
     settings: Mapping[str, Any]
     truths: tuple[Truth, ...]
+    frames: Mapping[int, Sequence[FrameRow]]
     detections: Mapping[tuple[int, str], Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
@@ -96,6 +108,7 @@ def read_run(folder: Path) -> RecordedRun:
         world,
         settings,
         truths,
+        _by_tick(_rows(folder / "frames.csv", FRAMES_HEADER, _frame)),
         _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
@@ -141,6 +154,14 @@ def _numbers(row: Row, *columns: str) -> list[float]:
 def _track(row: Row) -> TrackRow:
     x, y, vx, vy = _numbers(row, "x", "y", "vx", "vy")
     return TrackRow(int(row["id"]), (x, y, vx, vy))
+
+
+def _frame(row: Row) -> FrameRow:
+    if not row["checksum"]:
+        return FrameRow(row["camera"], float(row["exposed"]))
+    brightness, contrast, right, down = _numbers(row, *FRAMES_HEADER[4:])
+    health = ImageHealth(int(row["checksum"]), brightness, contrast, (right, down))
+    return FrameRow(row["camera"], float(row["exposed"]), health)
 
 
 def _message(row: Row) -> DeviceMessage:

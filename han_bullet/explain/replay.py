@@ -15,9 +15,9 @@ from han_bullet.coverage import empty_frame
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
-from han_bullet.explain.recorded_run import RecordedRun, TrackRow
+from han_bullet.explain.recorded_run import FrameRow, RecordedRun, TrackRow
 from han_bullet.messages import Detections, Frame, FrameDetections, Observation, Scan, TrackedPerson, Truth
-from han_bullet.stack import NavigationStack
+from han_bullet.stack import Decision, NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.world_schema import CONTROL_PERIOD, Sit
 
@@ -48,7 +48,7 @@ class Replay:
         run: What was replayed.
         stack: After the last tick.
         tick: The last one.
-        looks: Camera -> its last frame; cameras without one are missing.
+        looks: Camera -> its last frame of use; cameras without one are missing.
         difference: Largest between a replayed and a recorded track [m], [m/s].
         differs_since: First tick [s] with other ids, or with more than `AGREEMENT` between tracks; None: none.
     """
@@ -70,13 +70,17 @@ class RecordedDetector(FrameDetector):
 
     def __init__(self, run: RecordedRun) -> None:
         self._run = run
+        rows = [row for frames in run.frames.values() for row in frames]
+        self._health = {(round(row.exposed / CONTROL_PERIOD), row.camera): row.health for row in rows}
 
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
-        """Return the recorded boxes of each frame."""
-        recorded = self._run.detections
-        ticks = [round(frame.time / CONTROL_PERIOD) for frame in frames]
-        boxes = [recorded.get((tick, f.camera), Detections.none()) for tick, f in zip(ticks, frames, strict=True)]
-        return [found.at(frame.camera, frame.time) for found, frame in zip(boxes, frames, strict=True)]
+        """Return the recorded boxes of each frame, and what its pixels told."""
+        return [self._look(frame) for frame in frames]
+
+    def _look(self, frame: Frame) -> FrameDetections:
+        key = (round(frame.time / CONTROL_PERIOD), frame.camera)
+        found = self._run.detections.get(key, Detections.none())
+        return found.at(frame.camera, frame.time, self._health.get(key))
 
 
 def replay(run: RecordedRun, time: float) -> Replay:
@@ -89,20 +93,27 @@ def replay(run: RecordedRun, time: float) -> Replay:
     stack = _stack(run)
     looks: dict[str, Look] = {}
     differences = []
-    for number, truth in enumerate(run.truths[: last + 1]):
+    for number in range(last + 1):
         observation = _observation(run, number)
         decision = stack.step(observation)
-        looks |= {s.camera: Look(f, s, truth) for f, s in zip(decision.detections, decision.scans, strict=True)}
+        looks |= _looks(run, decision)
         differences.append(_apart(decision.people, run.tracks.get(number, ())))
     first = next((number for number, apart in enumerate(differences) if apart > AGREEMENT), None)
     return Replay(
         run,
         stack,
-        Tick(observation, decision, truth),
+        Tick(observation, decision, run.truths[last]),
         looks,
         max(differences),
         None if first is None else run.truths[first].time,
     )
+
+
+def _looks(run: RecordedRun, decision: Decision) -> dict[str, Look]:
+    """Return what each camera had that gave a frame of use, with the truth of its exposure."""
+    found = {detections.camera: detections for detections in decision.detections}
+    exposed = {scan.camera: run.truths[round(scan.time / CONTROL_PERIOD)] for scan in decision.scans}
+    return {scan.camera: Look(found[scan.camera], scan, exposed[scan.camera]) for scan in decision.scans}
 
 
 def _stack(run: RecordedRun) -> NavigationStack:
@@ -120,6 +131,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
         pass_side=settings["pass"],
         devices=known_devices(world, settings["device_session"]),
+        sees=run.sees,
     )
 
 
@@ -127,10 +139,15 @@ def _observation(run: RecordedRun, number: int) -> Observation:
     """Return what the robot knew at a tick, with frames that have no pixels."""
     truth = run.truths[number]
     pose = truth.pose_robot_in_world
-    due = [camera for camera in run.world.cameras if run.sees and number % camera.ticks_per_frame == 0]
-    frames = tuple(empty_frame(camera, pose, truth.time) for camera in due)
+    frames = tuple(_frame(run, row) for row in run.frames.get(number, ()))
     messages = tuple(map(write_payload, run.messages.get(number, ())))
     return Observation(truth.time, pose, truth.twist_robot_in_body, frames, messages)
+
+
+def _frame(run: RecordedRun, row: FrameRow) -> Frame:
+    """Return a frame without pixels, taken from where the robot was then."""
+    then = run.truths[round(row.exposed / CONTROL_PERIOD)]
+    return empty_frame(run.world.camera(row.camera), then.pose_robot_in_world, row.exposed)
 
 
 def _apart(people: Sequence[TrackedPerson], recorded: Sequence[TrackRow]) -> float:

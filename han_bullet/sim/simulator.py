@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import TracebackType
 
 import pybullet
@@ -11,6 +12,7 @@ from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
 from han_bullet.messages import Frame, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
+from han_bullet.sim.faults import CameraFaults, Faults, Shot
 from han_bullet.sim.localization import TrueLocalization
 from han_bullet.sim.pedestrian import Pedestrian
 from han_bullet.sim.renderer import FrameSource, Image
@@ -19,7 +21,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, CeilingCamera, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
@@ -41,6 +43,7 @@ class Simulator:
         renderer: FrameSource | None,
         gui: bool = False,
         channel: DeviceChannel | None = None,
+        seed: int = 0,
     ) -> None:
         """Load the world; call reset before the first step.
 
@@ -49,12 +52,14 @@ class Simulator:
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
             gui: Whether to open a window on the scene.
             channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
+            seed: Decides what faults of the world lose.
 
         Raises:
             BadInputError: A URDF or a texture does not exist.
         """
         self.world = world
         self._frame_source = renderer
+        self._seed = seed
         self._localization = TrueLocalization()
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
@@ -134,6 +139,8 @@ class Simulator:
         bodies = {body: (box.name, box.kind) for body, box in room.bodies.items()}
         bodies |= {person.body: (person.name, "person") for person in self._people}
         self._contacts = ContactSensor(client, self._robot.body, bodies)
+        self._faults = Faults(self.world, self._seed)
+        self._camera_faults = CameraFaults(self.world.cameras, self._faults)
         self._tick, self._step, self._requests_hand_over = 0, 0, False
         self._truth = self._look()
 
@@ -166,6 +173,7 @@ class Simulator:
     def _observe(self) -> Observation:
         for device in self._devices:
             device.advance(self._robot_now())
+        self._faults.update(self._robot_now())
         self._truth = self._look()
         if self._viewer is not None:
             self._viewer.show(self.render_state)
@@ -177,17 +185,22 @@ class Simulator:
         return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), self._channel.receive())
 
     def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
-        """Take the pictures that are due; the onboard camera is where the believed pose has it."""
-        due = [camera for camera in self.world.cameras if self._tick % camera.ticks_per_frame == 0]
-        if self._frame_source is None or not due:
+        """Take the pictures that arrive; the onboard camera is where the pose believed at their time has it."""
+        state = self.render_state
+        shots = [] if self._frame_source is None else self._camera_faults.take(state, pose_robot_in_world)
+        if self._frame_source is None or not shots:
             return ()
-        images = self._frame_source.render([camera.name for camera in due], self.render_state)
-        return tuple(self._frame(*pair, pose_robot_in_world) for pair in zip(due, images, strict=True))
+        unusual = tuple(shot.exposure for shot in shots if shot.exposure != state.exposure_of(shot.camera.name))
+        names = [shot.camera.name for shot in shots]
+        images = self._frame_source.render(names, replace(state, exposures=unusual))
+        return tuple(_frame(*pair) for pair in zip(shots, images, strict=True))
 
-    def _frame(self, camera: Camera, image: Image, pose_robot_in_world: Pose2D) -> Frame:
-        if isinstance(camera, CeilingCamera):
-            camera_in_world = camera.camera_in_world
-        else:
-            camera_in_world = camera_on_robot(pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
-        fixed = isinstance(camera, CeilingCamera)
-        return Frame(camera.name, self.truth_time, image, camera.intrinsics, camera_in_world, fixed)
+
+def _frame(shot: Shot, image: Image) -> Frame:
+    camera = shot.camera
+    if isinstance(camera, CeilingCamera):
+        camera_in_world = camera.camera_in_world
+    else:
+        camera_in_world = camera_on_robot(shot.pose_robot_in_world, camera.forward, camera.height, camera.pitch_down)
+    fixed = isinstance(camera, CeilingCamera)
+    return Frame(camera.name, shot.exposure.time, image, camera.intrinsics, camera_in_world, fixed)
