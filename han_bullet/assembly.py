@@ -74,6 +74,7 @@ def build_stack(
     layers: Sequence[Layer] = (),
     devices: KnownDevices | None = None,
     sees: bool = True,
+    own_senses: bool = True,
 ) -> NavigationStack:
     """Return the stack for a world.
 
@@ -86,6 +87,7 @@ def build_stack(
         layers: Further layers, applied after the standard ones.
         devices: Of `known_devices`, to look into them; None makes them.
         sees: Whether the robot relies on the world's cameras, whose health is then watched.
+        own_senses: Whether observations hold laser and odometry; those of a replay do not.
 
     Raises:
         BadInputError: A layer or a layer's parameter that does not exist, or a layer without a name.
@@ -125,14 +127,16 @@ def build_stack(
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
         ),
-        health=sensor_health(world, sees=sees),
+        health=sensor_health(world, sees=sees, own_senses=own_senses),
     )
 
 
-def sensor_health(world: World, *, sees: bool) -> SensorHealth:
-    """Return what watches the sensors that the robot relies on."""
+def sensor_health(world: World, *, sees: bool, own_senses: bool) -> SensorHealth:
+    """Return what watches the cameras and the robot's own senses, its laser and its wheels."""
     periods = {camera.name: camera.ticks_per_frame * CONTROL_PERIOD for camera in world.cameras if sees}
-    return SensorHealth(periods, noisy=world.image_noise > 0.0)
+    robot = world.robot
+    laser = robot.laser.ticks_per_scan * CONTROL_PERIOD if robot.laser is not None and own_senses else None
+    return SensorHealth(periods, noisy=world.image_noise > 0.0, laser=laser, slip=robot.slip if own_senses else None)
 
 
 def task_of(world: World) -> Task:

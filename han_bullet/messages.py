@@ -61,7 +61,7 @@ class LaserScan:
         ranges: From the scanner, counter-clockwise, shape (n,) [m]; inf where nothing is within range_max.
         angle_min: Direction of the first ray in the scanner's frame [rad].
         angle_increment: Between neighbouring rays [rad].
-        range_min: Nearer than this nothing is measured [m].
+        range_min: What is nearer shows at this range [m].
         range_max: Farther than this nothing is measured [m].
         scanner_in_body: Where the scanner is on the robot.
     """
@@ -114,9 +114,11 @@ class Observation:
     Attributes:
         time: Simulation time [s].
         pose_robot_in_world: From the localization port.
-        twist_robot_in_body: The simulator's, until odometry is modelled.
+        twist_robot_in_body: The simulator's own.
         frames: Images that became available at this tick, in the order of the cameras; often none.
         device_messages: Payloads that arrived since the last tick, as they came (`device_payload`).
+        odometry: Of this tick; at rest at its origin where nobody gives one, as in a replay.
+        laser: The scan that became available at this tick, or None.
     """
 
     time: float
@@ -124,6 +126,8 @@ class Observation:
     twist_robot_in_body: Twist2D
     frames: tuple[Frame, ...] = ()
     device_messages: tuple[bytes, ...] = ()
+    odometry: Odometry = Odometry(0.0, Pose2D(0.0, 0.0, 0.0), Twist2D())
+    laser: LaserScan | None = None
 
 
 @dataclass(frozen=True)

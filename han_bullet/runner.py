@@ -145,7 +145,7 @@ def run_world(
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, gui=options.gui, channel=channel, seed=options.seed)
+        simulator = Simulator(concrete, renderer=frames, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, simulator, people_finder, layers, devices)

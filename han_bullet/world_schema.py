@@ -208,8 +208,49 @@ class Person(Part):
         return Pose2D(*self.start)
 
 
+class Laser(Part):
+    """A planar laser scanner on the robot's middle line that looks straight ahead; it sees furniture and legs."""
+
+    rate: Positive = Field(10.0, description="[Hz]")
+    field_of_view: Annotated[float, Field(gt=0.0, le=360.0)] = Field(270.0, description="half to either side [deg]")
+    resolution: Annotated[float, Field(ge=0.1)] = Field(0.5, description="between neighbouring rays [deg]")
+    range_max: Positive = Field(8.0, description="[m]")
+    noise: NonNegative = Field(0.01, description="standard deviation of a range [m]")
+    height: Annotated[float, Field(ge=0.1, le=0.6)] = Field(0.25, description="above the floor, where legs are [m]")
+    forward: Finite = Field(0.2, description="ahead of the robot's centre [m]")
+
+    @property
+    def ticks_per_scan(self) -> int:
+        """Return the scanner's period as a number of control ticks."""
+        return round(1.0 / (self.rate * CONTROL_PERIOD))
+
+    @property
+    def ray_count(self) -> int:
+        """Return the number of rays in a scan, the first and the last at the edges of the field of view."""
+        return round(self.field_of_view / self.resolution) + 1
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Laser:
+        _check_period("the laser's rate", self.rate, "20, 10, 5 or 4 Hz")
+        steps = self.field_of_view / self.resolution
+        if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
+            raise ValueError(
+                f"field_of_view {self.field_of_view:g} is not a whole number of steps of resolution "
+                f"{self.resolution:g} deg; 270 and 0.5 would be"
+            )
+        return self
+
+
+class Slip(Part):
+    """How far odometry errs, as standard deviations; zeros make it exact."""
+
+    distance: NonNegative = Field(0.02, description="of the distance, one error for the whole run, relative")
+    heading: NonNegative = Field(0.0175, description="after 1 m of way, growing with its square root [rad]")
+    turn: NonNegative = Field(0.02, description="of the angle turned, one error for the whole run, relative")
+
+
 class Robot(Part):
-    """The robot: its body is urdf/mbot.urdf; these are its start and its limits."""
+    """The robot: its body is urdf/mbot.urdf; these are its start, its limits and its own senses."""
 
     start: Point3 = Field(description="x, y [m], yaw [rad]")
     urdf: str = Field("mbot.urdf", description="file in urdf/")
@@ -218,6 +259,8 @@ class Robot(Part):
     max_acceleration: Positive = Field(1.0, description="[m/s^2]")
     max_yaw_rate: Positive = Field(1.5, description="[rad/s]")
     max_yaw_acceleration: Positive = Field(3.0, description="[rad/s^2]")
+    laser: Laser | None = Field(Laser(), description="null: none")
+    slip: Slip = Slip()
 
     @property
     def start_pose_in_world(self) -> Pose2D:
@@ -336,7 +379,7 @@ class Knocked(FaultPart):
     degrees: Annotated[float, Field(ge=-45.0, le=45.0)] = Field(3.0, description="to the left about the vertical [deg]")
 
 
-class Slip(FaultPart):
+class Slippery(FaultPart):
     """The wheels slip more than usual."""
 
     kind: Literal["slip"] = "slip"
@@ -344,7 +387,7 @@ class Slip(FaultPart):
     times: Positive = Field(5.0, description="the usual slip")
 
 
-InjectedFault = Annotated[Frozen | Black | Dropped | Late | Knocked | Slip, Field(discriminator="kind")]
+InjectedFault = Annotated[Frozen | Black | Dropped | Late | Knocked | Slippery, Field(discriminator="kind")]
 
 
 class Expectation(Part):
@@ -412,7 +455,11 @@ class World(Part):
         cameras = [ALL_CAMERAS, *(camera.name for camera in self.cameras)]
         possible = {
             "slip": [WHEELS],
-            "dropped": [*cameras, LASER, *(device.name for device in self.devices)],
+            "dropped": [
+                *cameras,
+                *([LASER] if self.robot.laser is not None else []),
+                *(device.name for device in self.devices),
+            ],
         }.get(fault.kind, cameras)
         if fault.target not in possible:
             right = ", ".join(possible)

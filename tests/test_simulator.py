@@ -161,7 +161,7 @@ def test_the_observation_holds_nothing_of_the_truth() -> None:
     with Simulator(real2(), renderer=None) as simulator:
         observation = simulator.reset()
     assert set(vars(observation)) == {
-        "time", "pose_robot_in_world", "twist_robot_in_body", "frames", "device_messages"
+        "time", "pose_robot_in_world", "twist_robot_in_body", "frames", "device_messages", "odometry", "laser"
     }  # fmt: skip
     assert isinstance(observation, Observation)
     assert "walker" not in repr(observation)

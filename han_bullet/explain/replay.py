@@ -132,6 +132,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         pass_side=settings["pass"],
         devices=known_devices(world, settings["device_session"]),
         sees=run.sees,
+        own_senses=False,
     )
 
 

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 
 from han_bullet.health.arrivals import SILENT_PERIODS
 from han_bullet.health.camera_health import CameraHealth
+from han_bullet.health.laser_health import LaserHealth
+from han_bullet.health.wheel_health import WheelHealth
 from han_bullet.messages import Fault, FrameDetections, Observation
+from han_bullet.world_schema import Slip
+
+BY_LASER_ALONE = 0.3  # part of its speed: legs show at 8 m, but not who walks where
 
 _log = logging.getLogger(__name__)
 
@@ -38,11 +43,22 @@ class SensorHealth:
     Args:
         periods: Name of each camera -> between its frames [s].
         noisy: Whether images have noise.
+        laser: Between its scans [s]; None: the robot has none, or nobody knows.
+        slip: The usual one of the wheels; None: nobody watches them.
     """
 
-    def __init__(self, periods: dict[str, float] | None = None, *, noisy: bool = True) -> None:
+    def __init__(
+        self,
+        periods: dict[str, float] | None = None,
+        *,
+        noisy: bool = True,
+        laser: float | None = None,
+        slip: Slip | None = None,
+    ) -> None:
         self._periods = dict(periods or {})
         self._cameras = {name: CameraHealth(name, period, noisy=noisy) for name, period in self._periods.items()}
+        self._laser = None if laser is None else LaserHealth(laser)
+        self._wheels = None if slip is None else WheelHealth(slip)
         self._faults: tuple[Fault, ...] = ()
         self._newest_used = -float("inf")  # exposure [s]
         self._used_at = dict.fromkeys(self._periods, 0.0)  # [s]
@@ -55,15 +71,21 @@ class SensorHealth:
             camera.close_tick(time)
         used = [found.time for found, use in zip(detections, usable, strict=True) if use]
         self._newest_used = max([self._newest_used, *used])
-        faults = tuple(fault for camera in self._cameras.values() for fault in camera.faults)
+        feels = self._laser is not None and self._laser.update(observation.laser, time)
+        if self._wheels is not None:
+            self._wheels.update(observation.pose_robot_in_world, observation.odometry.pose_robot_in_odom, time)
+        sensors = [*self._cameras.values(), *filter(None, (self._laser, self._wheels))]
+        faults = tuple(fault for sensor in sensors for fault in sensor.faults)
         _tell(self._faults, faults, time)
         self._faults = faults
-        return HealthReport(faults, tuple(usable), self._speed_factor(time))
+        return HealthReport(faults, tuple(usable), self._speed_factor(time, feels=feels))
 
-    def _speed_factor(self, time: float) -> float:
-        """Return 0 where cameras are needed and none has given a frame of use of late."""
+    def _speed_factor(self, time: float, *, feels: bool) -> float:
+        """Return how fast the robot may go with the cameras that have given a frame of use of late, and a laser."""
         sees = any(time - self._used_at[name] <= SILENT_PERIODS * p + 1e-6 for name, p in self._periods.items())
-        return 1.0 if sees or not self._periods else 0.0
+        if sees or not self._periods:
+            return 1.0
+        return BY_LASER_ALONE if feels else 0.0
 
     def _take(self, found: FrameDetections, time: float) -> bool:
         """Take in a frame; tell whether it may be used."""

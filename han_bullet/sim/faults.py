@@ -16,6 +16,7 @@ from han_bullet.sim.scene_state import Exposure, SceneState
 from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.world_schema import (
     ALL_CAMERAS,
+    WHEELS,
     Black,
     Camera,
     CeilingCamera,
@@ -24,6 +25,7 @@ from han_bullet.world_schema import (
     InjectedFault,
     Knocked,
     Late,
+    Slippery,
     World,
 )
 
@@ -78,6 +80,11 @@ class Faults:
     def of(self, target: str) -> Sequence[InjectedFault]:
         """Return what is wrong with a target now."""
         return self._now.get(target, ())
+
+    @property
+    def slip(self) -> float:
+        """Return how many times the usual the wheels slip."""
+        return max((fault.times for fault in self.of(WHEELS) if isinstance(fault, Slippery)), default=1.0)
 
     def loses(self, target: str, tick: int) -> bool:
         """Tell whether what a target sends at this tick gets lost."""

@@ -26,6 +26,7 @@ class MecanumRobot:
     Attributes:
         body: Its id in the client.
         mass: [kg].
+        wheels: Their geometry.
         pose_in_world: True pose at the last measurement.
         twist_in_body: True twist of the robot's centre at the last measurement.
     """
@@ -41,7 +42,7 @@ class MecanumRobot:
         self._limits = settings
         self._model = RobotModel(client, settings.urdf, settings.start_pose_in_world, fixed=False)
         self.body = self._model.body
-        self._wheels = self._model.wheels()
+        self.wheels = self._model.wheels()
         self._wheel_speeds: tuple[float, ...] | None = None
         self._target = Twist2D()
         self._links = [-1, *range(pybullet.getNumJoints(self.body, physicsClientId=client))]
@@ -110,7 +111,7 @@ class MecanumRobot:
         )
 
     def _turn_wheels(self, twist: Twist2D) -> None:
-        speeds = self._wheels.speeds(twist)
+        speeds = self.wheels.speeds(twist)
         if speeds == self._wheel_speeds:
             return
         self._wheel_speeds = speeds

@@ -44,6 +44,19 @@ class MecanumWheels:
             (twist.vx - twist.vy + turn) / self.radius,
         )
 
+    def twist(self, speeds: tuple[float, float, float, float]) -> Twist2D:
+        """Return the body twist of wheels that turn at given rates [rad/s]: the inverse of `speeds`.
+
+        Of four rates three are free; the mean takes what does not fit together for slip [Taheri2015].
+        """
+        front_left, front_right, rear_left, rear_right = speeds
+        quarter = 0.25 * self.radius
+        return Twist2D(
+            quarter * (front_left + front_right + rear_left + rear_right),
+            quarter * (-front_left + front_right + rear_left - rear_right),
+            quarter * (-front_left + front_right - rear_left + rear_right) / (self.half_length + self.half_width),
+        )
+
 
 class RobotModel:
     """The robot in one client.

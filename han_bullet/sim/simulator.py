@@ -5,15 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from types import TracebackType
 
+import numpy as np
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.geometry import Pose2D, Twist2D, camera_on_robot
-from han_bullet.messages import Frame, Observation, Truth
+from han_bullet.messages import Frame, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
 from han_bullet.sim.faults import CameraFaults, Faults, Shot
+from han_bullet.sim.laser import LaserScanner
 from han_bullet.sim.localization import TrueLocalization
+from han_bullet.sim.odometry import WheelOdometry
 from han_bullet.sim.pedestrian import Pedestrian
 from han_bullet.sim.renderer import FrameSource, Image
 from han_bullet.sim.robot import MecanumRobot
@@ -21,7 +24,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, CeilingCamera, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
@@ -30,7 +33,8 @@ STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
 class Simulator:
     """Simulate a world tick by tick.
 
-    An observation's pose comes from the localization port; its twist is the simulator's, until odometry is modelled.
+    An observation's pose comes from the localization port, its twist is the simulator's; the robot's own senses are its
+    odometry and its laser.
 
     Attributes:
         world: As given.
@@ -41,18 +45,18 @@ class Simulator:
         world: World,
         *,
         renderer: FrameSource | None,
+        seed: int = 0,
         gui: bool = False,
         channel: DeviceChannel | None = None,
-        seed: int = 0,
     ) -> None:
         """Load the world; call reset before the first step.
 
         Args:
             world: A concrete world; nothing in here varies it.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
+            seed: Of the errors of odometry and laser, and of what faults of the world lose.
             gui: Whether to open a window on the scene.
             channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
-            seed: Decides what faults of the world lose.
 
         Raises:
             BadInputError: A URDF or a texture does not exist.
@@ -64,6 +68,7 @@ class Simulator:
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
+        self._laser: LaserScanner | None = None
         self._load()
 
     def reset(self) -> Observation:
@@ -79,6 +84,7 @@ class Simulator:
         self._tick += 1
         for person in self._people:
             person.pose_body(CONTROL_PERIOD)
+        self._odometry.advance(self._robot.pose_in_world, self._faults.slip)
         return self._observe()
 
     def request_hand_over(self, active: bool) -> None:
@@ -111,6 +117,9 @@ class Simulator:
         if self._client is not None:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = None
+        if self._laser is not None:
+            self._laser.close()
+            self._laser = None
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
@@ -141,8 +150,18 @@ class Simulator:
         self._contacts = ContactSensor(client, self._robot.body, bodies)
         self._faults = Faults(self.world, self._seed)
         self._camera_faults = CameraFaults(self.world.cameras, self._faults)
+        self._load_senses()
         self._tick, self._step, self._requests_hand_over = 0, 0, False
         self._truth = self._look()
+
+    def _load_senses(self) -> None:
+        """Mount odometry and laser, their errors drawn anew from the seed, each from a row of its own."""
+        if self._laser is not None:
+            self._laser.close()
+        laser_rng, slip_rng = map(np.random.default_rng, np.random.SeedSequence(self._seed).spawn(2))
+        settings, robot = self.world.robot, self._robot
+        self._laser = LaserScanner(self.world, settings.laser, laser_rng) if settings.laser is not None else None
+        self._odometry = WheelOdometry(robot.wheels, settings.slip, robot.pose_in_world, slip_rng)
 
     def _step_physics(self) -> None:
         robot = self._robot_now()
@@ -179,10 +198,28 @@ class Simulator:
             self._viewer.show(self.render_state)
         time = self.truth_time
         for device in self._devices:
-            device.tell(time, self._channel)
+            device.tell(time, self._channel, lost=self._faults.loses(device.name, self._tick))
         # Asked once per tick: localization that errs at random must not place robot and onboard camera apart.
         pose = self._localization.pose(time, self._truth.pose_robot_in_world)
-        return Observation(time, pose, self._truth.twist_robot_in_body, self._frames(pose), self._channel.receive())
+        return Observation(
+            time,
+            pose,
+            self._truth.twist_robot_in_body,
+            self._frames(pose),
+            self._channel.receive(),
+            self._odometry.read(time),
+            self._scan(),
+        )
+
+    def _scan(self) -> LaserScan | None:
+        """Sweep the laser when it is due."""
+        settings = self.world.robot.laser
+        if self._laser is None or settings is None or self._tick % settings.ticks_per_scan:
+            return None
+        if self._faults.loses(LASER, self._tick):
+            return None
+        people = [person.body_pose for person in self._people]
+        return self._laser.scan(self.truth_time, self._truth.pose_robot_in_world, people)
 
     def _frames(self, pose_robot_in_world: Pose2D) -> tuple[Frame, ...]:
         """Take the pictures that arrive; the onboard camera is where the pose believed at their time has it."""
