@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from han_bullet.health.arrivals import SILENT_PERIODS
@@ -74,11 +74,17 @@ class SensorHealth:
         feels = self._laser is not None and self._laser.update(observation.laser, time)
         if self._wheels is not None:
             self._wheels.update(observation.pose_robot_in_world, observation.odometry.pose_robot_in_odom, time)
-        sensors = [*self._cameras.values(), *filter(None, (self._laser, self._wheels))]
-        faults = tuple(fault for sensor in sensors for fault in sensor.faults)
+        faults = tuple(fault for sensor in self._sensors() for fault in sensor.faults)
         _tell(self._faults, faults, time)
         self._faults = faults
         return HealthReport(faults, tuple(usable), self._speed_factor(time, feels=feels))
+
+    def _sensors(self) -> Iterator[CameraHealth | LaserHealth | WheelHealth]:
+        yield from self._cameras.values()
+        if self._laser is not None:
+            yield self._laser
+        if self._wheels is not None:
+            yield self._wheels
 
     def _speed_factor(self, time: float, *, feels: bool) -> float:
         """Return how fast the robot may go with the cameras that have given a frame of use of late, and a laser."""
@@ -99,7 +105,7 @@ class SensorHealth:
 def _tell(before: Sequence[Fault], now: Sequence[Fault], time: float) -> None:
     for fault in now:
         if fault not in before:
-            _log.warning("%s is %s, noticed at %.2f s", fault.sensor, fault.kind, fault.since)
+            _log.warning("%s: %s, noticed at %.2f s", fault.sensor, fault.kind, fault.since)
     for fault in before:
         if fault not in now:
-            _log.warning("%s is no longer %s, noticed at %.2f s", fault.sensor, fault.kind, time)
+            _log.warning("%s: no longer %s, noticed at %.2f s", fault.sensor, fault.kind, time)
