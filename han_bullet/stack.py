@@ -6,13 +6,25 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.health.sensor_health import SensorHealth
-from han_bullet.messages import Fault, FrameDetections, HandOver, Observation, Path, Scan, Scene, Status, TrackedPerson
+from han_bullet.messages import (
+    Fault,
+    Frame,
+    FrameDetections,
+    HandOver,
+    Observation,
+    Path,
+    Scan,
+    Scene,
+    Status,
+    TrackedPerson,
+)
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.tracking.projection import GroundProjection
@@ -80,6 +92,7 @@ class NavigationStack:
         self.planner = planner
         self.follower = follower
         self.health = health or SensorHealth()
+        self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
         self._poses: deque[tuple[float, Pose2D]] = deque(maxlen=POSES_KEPT)
 
     def step(self, observation: Observation) -> Decision:
@@ -93,7 +106,9 @@ class NavigationStack:
             for frame, found, usable in zip(observation.frames, detections, health.usable, strict=True)
             if usable
         ]
-        people = self.tracker.update(scans, observation.time)
+        self._fixed |= {frame.camera: frame for frame in observation.frames if frame.fixed}
+        blind = [self._fixed[name] for name in health.blind if name in self._fixed]
+        people = self.tracker.update(scans, observation.time, blind)
         scene = self.situation.update(observation, people)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
@@ -102,7 +117,9 @@ class NavigationStack:
         path = self.planner.update(
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
-        command, status = self.follower.follow(path, goal, observation, people, costmap, health.speed_factor)
+        # While all cameras work, who is not seen is hidden for a moment, and layers and proximity do.
+        factor = min(health.speed_factor, speed_factor_among(people, path) if health.blind else 1.0)
+        command, status = self.follower.follow(path, goal, observation, people, costmap, factor)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         return Decision(

@@ -25,11 +25,13 @@ class HealthReport:
     Attributes:
         faults: All that is wrong now, in the order of the sensors.
         usable: Of each frame of the tick, whether it may be used.
+        blind: Cameras that have given no frame of use for three periods, whatever the reason.
         speed_factor: How fast the robot may go, as a part of its usual speed; 0 where no sensor works.
     """
 
     faults: tuple[Fault, ...]
     usable: tuple[bool, ...]
+    blind: tuple[str, ...]
     speed_factor: float
 
 
@@ -77,7 +79,9 @@ class SensorHealth:
         faults = tuple(fault for sensor in self._sensors() for fault in sensor.faults)
         _tell(self._faults, faults, time)
         self._faults = faults
-        return HealthReport(faults, tuple(usable), self._speed_factor(time, feels=feels))
+        longest = {name: SILENT_PERIODS * period + 1e-6 for name, period in self._periods.items()}
+        blind = tuple(name for name, used_at in self._used_at.items() if time - used_at > longest[name])
+        return HealthReport(faults, tuple(usable), blind, self._speed_factor(blind, feels=feels))
 
     def _sensors(self) -> Iterator[CameraHealth | LaserHealth | WheelHealth]:
         yield from self._cameras.values()
@@ -86,10 +90,9 @@ class SensorHealth:
         if self._wheels is not None:
             yield self._wheels
 
-    def _speed_factor(self, time: float, *, feels: bool) -> float:
-        """Return how fast the robot may go with the cameras that have given a frame of use of late, and a laser."""
-        sees = any(time - self._used_at[name] <= SILENT_PERIODS * p + 1e-6 for name, p in self._periods.items())
-        if sees or not self._periods:
+    def _speed_factor(self, blind: Sequence[str], *, feels: bool) -> float:
+        """Return how fast the robot may go with the cameras that are not blind, and a laser that works or none."""
+        if not self._periods or len(blind) < len(self._periods):
             return 1.0
         return BY_LASER_ALONE if feels else 0.0
 
@@ -97,7 +100,7 @@ class SensorHealth:
         """Take in a frame; tell whether it may be used."""
         camera = self._cameras.get(found.camera)
         usable = (camera is None or camera.take(found, time)) and found.time >= self._newest_used - 1e-6
-        if usable:
+        if usable and camera is not None:
             self._used_at[found.camera] = time
         return usable
 

@@ -26,6 +26,8 @@ YOUNG_LIFE = 0.6
 LIVES = {Posture.WALKING: 1.5, Posture.STANDING: 3.0, Posture.SEATED: 10.0}
 # Outside every view, or hidden [s]; a seated person's is as long as in view, for they stay.
 OUTSIDE_LIFE = 3.0
+# Standard deviation of a place up to which somebody is remembered whom a camera would show if it worked [m].
+WIDEST_SPREAD = 1.5
 # Closer than this two people cannot walk [m].
 DUPLICATE_DISTANCE = 0.4
 # Who appears this near to somebody who is no longer where they were, is that somebody [m].
@@ -108,6 +110,7 @@ class Track:
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
+        self._excused_until = self.born_time
         self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
         self._note_hit(scan, measurement)
 
@@ -146,6 +149,12 @@ class Track:
             self._missed_by += (scan.camera,)
         self.misses[scan.camera] = self.misses.get(scan.camera, 0) + 1
 
+    def excuse(self, time: float) -> None:
+        """Take note that a camera that does not work would show the person at a time [s], if still roughly known."""
+        covariance = self.motion.predict(self.state, time - self.time).position_covariance
+        if float(np.linalg.eigvalsh(covariance)[-1]) <= WIDEST_SPREAD**2:
+            self._excused_until = time
+
     def reason_to_end(self, time: float) -> str | None:
         """Return why the track should end at a time [s], or None."""
         life = LIVES[self.posture.stance.posture]
@@ -153,7 +162,7 @@ class Track:
             life = YOUNG_LIFE
         if self.missed_for > life + 1e-9:
             return f"in view without a hit for {self.missed_for:.2f} s"
-        outside = time - self._in_view_until
+        outside = time - max(self._in_view_until, self._excused_until)
         if outside > max(OUTSIDE_LIFE, life) + 1e-9:
             return f"outside every view for {outside:.2f} s"
         return None
@@ -209,6 +218,7 @@ class Track:
         if other.last_hit > self.last_hit:
             self.last_hit, self._hit_at = other.last_hit, other._hit_at
         self._in_view_until = max(self._in_view_until, other._in_view_until)
+        self._excused_until = max(self._excused_until, other._excused_until)
         self.missed_for = min(self.missed_for, other.missed_for)
 
     def person(self, time: float) -> TrackedPerson:
