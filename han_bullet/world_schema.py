@@ -464,6 +464,9 @@ class World(Part):
         if fault.target not in possible:
             right = ", ".join(possible)
             raise ValueError(f"faults: target of {fault.kind!r} is {fault.target!r}; one of {right} would be right")
+        on_robot = [LASER, WHEELS, *(camera.name for camera in self.cameras if isinstance(camera, OnboardCamera))]
+        if fault.starts.when == "robot_near" and fault.target in on_robot:
+            raise ValueError(f"faults: {fault.target!r} is on the robot, which is always near; another start is right")
 
     def solid_boxes(self) -> tuple[SolidBox, ...]:
         """Return every wall, piece of furniture and device as a box."""

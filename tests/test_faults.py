@@ -167,6 +167,7 @@ def test_wheels_slip_as_many_times_as_much_from_when_the_fault_starts() -> None:
         ({"kind": "frozen", "target": "middle"}, "'middle'; one of all, left, right would be right"),
         ({"kind": "slip", "target": "left"}, "one of wheels would be right"),
         ({"kind": "black", "starts": 5.0, "until": 4.0}, "starts at 5 s and ends at 4 s"),
+        ({"kind": "slip", "starts": {"when": "robot_near"}}, "'wheels' is on the robot"),
         ({"kind": "melted"}, "kind is 'melted'"),
         ({"kind": "dropped", "share": 1.5}, "less than or equal to 1"),
     ],

@@ -16,18 +16,17 @@ class LaserHealth:
 
     def __init__(self, period: float) -> None:
         self._arrivals = Arrivals(period)
-        self._delivery = {kind: Watch("laser", kind) for kind in ("dropped", "late")}
+        self._dropped = Watch("laser", "dropped")
 
     @property
     def faults(self) -> tuple[Fault, ...]:
         """Return what is wrong now."""
-        return tuple(watch.fault for watch in self._delivery.values() if watch.fault is not None)
+        return () if self._dropped.fault is None else (self._dropped.fault,)
 
     def update(self, scan: LaserScan | None, time: float) -> bool:
         """Take in what a tick brings; tell whether scans have come of late."""
         if scan is not None:
             self._arrivals.note(scan.time, time)
         silent = self._arrivals.silent(time)
-        self._delivery["dropped"].update(silent or self._arrivals.lossy, time)
-        self._delivery["late"].update(self._arrivals.late and not silent, time)
+        self._dropped.update(silent or self._arrivals.lossy, time)
         return not silent
