@@ -53,7 +53,7 @@ class RunOptions:
     """How to run a world.
 
     Attributes:
-        seed: Decides starts, speeds, delays, clothes, light and image noise.
+        seed: Decides starts, speeds, delays, clothes, light, and the errors of images, odometry and laser.
         perception: "cameras", or "truth" for the ablation without detector and tracker.
         cameras: Names of the cameras in use; None takes all.
         association: "nnjpda", "nn" or "gnn".

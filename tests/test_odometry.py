@@ -118,6 +118,11 @@ def test_a_straight_way_is_wrong_by_a_fiftieth_whichever_way_it_leads(vx: float,
         assert np.abs(errors.mean(axis=0)).max() < 0.002 * distance
 
 
+def test_the_errors_ahead_and_to_the_side_have_nothing_to_do_with_one_another() -> None:
+    found = ends(Slip(distance=0.02, heading=0.0, turn=0.0), Twist2D(0.5, 0.5, 0.0), 20)
+    assert abs(np.corrcoef(found[:, 0], found[:, 1])[0, 1]) < 0.1
+
+
 def test_the_headings_variance_grows_with_the_distance() -> None:
     slip = Slip(distance=0.0, heading=0.0175, turn=0.0)
     for ticks in (25, 100):

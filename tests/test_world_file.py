@@ -86,6 +86,36 @@ def test_a_camera_period_that_is_no_multiple_of_the_control_period_is_refused(do
     assert "cameras[1]" in message and "0.05 s" in message and "10" in message
 
 
+@pytest.mark.parametrize(
+    ("laser", "named"),
+    [
+        ({"rate": 7.0}, ("robot.laser", "1/7 s", "0.05 s", "10")),
+        ({"resolution": 0.7}, ("robot.laser", "270", "0.7", "0.5")),
+        ({"height": 1.2}, ("robot.laser.height", "1.2", "0.6")),
+        ({"field_of_view": 400.0}, ("robot.laser.field_of_view", "400", "360")),
+        ({"noise": -0.01}, ("robot.laser.noise", "-0.01")),
+        ({"range": 5.0}, ("robot.laser.range", "unknown key")),
+    ],
+)
+def test_a_laser_that_cannot_be_is_refused(
+    document: dict[str, Any], laser: dict[str, Any], named: tuple[str, ...]
+) -> None:
+    document["robot"]["laser"] = laser
+    message = fault(document)
+    assert all(part in message for part in named), message
+
+
+def test_a_robot_has_a_laser_and_slips_unless_its_world_says_otherwise(document: dict[str, Any]) -> None:
+    robot = parse_world(document).robot
+    assert robot.laser is not None
+    assert (robot.laser.ray_count, robot.laser.ticks_per_scan, robot.laser.range_max) == (541, 2, 8.0)
+    assert robot.slip.distance > 0.0
+    document["robot"] |= {"laser": None, "slip": {"distance": 0.0, "heading": 0.0, "turn": 0.0}}
+    robot = parse_world(document).robot
+    assert robot.laser is None
+    assert robot.slip.heading == 0.0
+
+
 def test_a_negative_speed_is_named_with_its_value(document: dict[str, Any]) -> None:
     document["people"][0]["behaviour"]["speed"] = -0.4
     message = fault(document)

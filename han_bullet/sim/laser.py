@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from han_bullet.geometry import Pose2D
+from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import LaserScan
 from han_bullet.sim.gait import BodyPose
 from han_bullet.sim.ray_scene import RayScene
@@ -32,10 +32,10 @@ class LaserScanner:
         """
         self._settings = settings
         self._rng = rng
-        self._scene = RayScene(world)
-        half = 0.5 * math.radians(settings.field_of_view)
-        self._angles = np.linspace(-half, half, settings.ray_count)
+        self._scene = RayScene(world, settings.height)
         self._increment = math.radians(settings.resolution)
+        self._angle_min = -0.5 * math.radians(settings.field_of_view)
+        self._angles: Array = self._angle_min + self._increment * np.arange(settings.ray_count, dtype=float)
         self._scanner_in_body = Pose2D(settings.forward, 0.0, 0.0)
 
     def scan(self, time: float, pose_robot_in_world: Pose2D, people: Sequence[BodyPose]) -> LaserScan:
@@ -47,24 +47,16 @@ class LaserScanner:
             people: Everybody as they stand, walk or sit, in the order of the world.
         """
         settings = self._settings
-        x, y = pose_robot_in_world.to_world(self._scanner_in_body.position)
-        origin = np.array([x, y, settings.height])
-        angles = self._angles + pose_robot_in_world.yaw
-        along = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
-        self._scene.place_legs(people)
-        ranges = self._scene.distances(origin, origin + settings.range_max * along)
+        origin = pose_robot_in_world.to_world(self._scanner_in_body.position)
+        ranges = self._scene.distances(origin, self._angles + pose_robot_in_world.yaw, people)
         ranges = np.maximum(ranges + self._rng.normal(0.0, settings.noise, len(ranges)), RANGE_MIN)
         ranges[ranges > settings.range_max] = np.inf
         return LaserScan(
             time,
             ranges,
-            float(self._angles[0]),
+            self._angle_min,
             self._increment,
             RANGE_MIN,
             settings.range_max,
             self._scanner_in_body,
         )
-
-    def close(self) -> None:
-        """Close the scene of the rays."""
-        self._scene.close()

@@ -68,7 +68,6 @@ class Simulator:
         self._channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
-        self._laser: LaserScanner | None = None
         self._load()
 
     def reset(self) -> Observation:
@@ -117,9 +116,6 @@ class Simulator:
         if self._client is not None:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = None
-        if self._laser is not None:
-            self._laser.close()
-            self._laser = None
         if self._viewer is not None:
             self._viewer.close()
             self._viewer = None
@@ -156,8 +152,6 @@ class Simulator:
 
     def _load_senses(self) -> None:
         """Mount odometry and laser, their errors drawn anew from the seed, each from a row of its own."""
-        if self._laser is not None:
-            self._laser.close()
         laser_rng, slip_rng = map(np.random.default_rng, np.random.SeedSequence(self._seed).spawn(2))
         settings, robot = self.world.robot, self._robot
         self._laser = LaserScanner(self.world, settings.laser, laser_rng) if settings.laser is not None else None
