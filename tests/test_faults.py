@@ -259,6 +259,12 @@ def test_without_a_fault_none_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.mark.scenario
+@pytest.mark.parametrize("world", ["real2", "sim2"])
+def test_a_run_of_the_paper_with_all_its_cameras_raises_no_false_alarm(tmp_path: Path, world: str) -> None:
+    assert run_world(world, RunOptions(seed=0, video=False), tmp_path).faults == ()
+
+
+@pytest.mark.scenario
 def test_with_no_camera_it_goes_slowly_and_without_laser_it_stops_and_says_why_and_goes_on_afterwards(
     tmp_path: Path,
 ) -> None:

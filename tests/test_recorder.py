@@ -8,8 +8,15 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import DeviceMessage, FrameDetections
-from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.messages import DeviceMessage, FrameDetections, ImageHealth
+from han_bullet.recorder import (
+    DetectionsRecorder,
+    FeetRecorder,
+    FramesRecorder,
+    MessagesRecorder,
+    TraceRecorder,
+    TracksRecorder,
+)
 
 IMAGE = frame(time=0.05)
 TICKS = (
@@ -72,6 +79,18 @@ def test_known_feet_have_a_row_each_with_the_number_of_their_box(tmp_path: Path)
     assert (tmp_path / "feet.csv").read_text().splitlines() == [
         "time,camera,detection,row",
         "0.050000,ceiling,1,412.000000",
+    ]
+
+
+def test_frames_have_a_row_each_with_the_tick_of_their_arrival_and_what_their_pixels_told(tmp_path: Path):
+    health = ImageHealth(4_000_000_000, 120.5, 25.25, (30.125, -0.5))
+    late = replace(found(frame(time=-0.45)), health=health)
+    unknown = found(IMAGE)
+    write(FramesRecorder(tmp_path / "frames.csv"), (tick(1, detections=[late, unknown]),))
+    assert (tmp_path / "frames.csv").read_text().splitlines() == [
+        "time,camera,exposed,checksum,brightness,contrast,shift_right,shift_down",
+        "0.050000,ceiling,-0.450000,4000000000,120.500000,25.250000,30.125000,-0.500000",
+        "0.050000,ceiling,0.050000,,,,,",
     ]
 
 
