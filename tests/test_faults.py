@@ -244,6 +244,28 @@ def test_a_camera_fault_is_noticed_and_named_and_its_frames_are_left_out_while_t
 
 
 @pytest.mark.scenario
+def test_a_laser_without_scans_wheels_that_slip_and_a_silent_television_are_noticed_and_named(tmp_path: Path) -> None:
+    faults = [
+        {"kind": "dropped", "target": "laser", "starts": 1.0, "until": 2.0},
+        {"kind": "dropped", "target": "tv", "starts": 2.5},
+        {"kind": "slip", "times": 20.0, "starts": 2.0},
+    ]
+    save_world(corridor(*faults, duration=8.0, people=[]), tmp_path / "world.yaml", "a test's")
+    watcher = Watcher()
+    result = run_world(
+        tmp_path / "world.yaml", RunOptions(perception="truth", video=False), tmp_path / "run", hooks=[watcher]
+    )
+    noticed = {(n.fault.sensor, n.fault.kind): (n.fault.since, n.until) for n in result.faults}
+    assert set(noticed) == {("laser", "dropped"), ("wheels", "slip"), ("tv", "silent")}
+    since, until = noticed["laser", "dropped"]
+    assert since == pytest.approx(1.2) and until is not None and 2.5 < until < 4.3  # over with a tenth of 2 s missing
+    assert 2.0 < noticed["wheels", "slip"][0] < 6.0
+    since, until = noticed["tv", "silent"]
+    assert since == pytest.approx(5.05) and until is None  # last heard at 2 s
+    assert [device.on for device in watcher.ticks[-1].decision.scene.devices] == [True]  # as it said then
+
+
+@pytest.mark.scenario
 def test_a_knocked_camera_is_left_out_at_once_and_noticed_after_a_second(tmp_path: Path) -> None:
     noticed, watcher = run(tmp_path, {"kind": "knocked", "target": "left", "starts": 1.0, "until": 3.0})
     assert noticed == [{"sensor": "left", "kind": "knocked", "from": 2.0, "until": 3.4}]
