@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, eight tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, nine tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -30,11 +30,13 @@ from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
+from han_bullet.noticed_faults import NoticedFault, NoticedFaults
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
+    FramesRecorder,
     LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
@@ -47,7 +49,7 @@ from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
 from han_bullet.world_file import find_world, load_world, save_world, world_files
-from han_bullet.world_schema import Sit, World
+from han_bullet.world_schema import InjectedFault, Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
 LOCALIZATIONS = ("lidar", "truth")
@@ -72,6 +74,7 @@ class RunOptions:
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
         mqtt: Address of the broker through which devices speak, HOST[:PORT]; None keeps them in this process.
+        faults: Of sensors, besides those that the world file has.
     """
 
     seed: int = 0
@@ -88,6 +91,7 @@ class RunOptions:
     video: bool = True
     gui: bool = False
     mqtt: str | None = None
+    faults: tuple[InjectedFault, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what no other part checks."""
@@ -110,12 +114,14 @@ class RunResult:
         folder: Where its files are.
         metrics: Every number of the run.
         checks: The world's expectations, held against them.
+        faults: Of sensors, as the robot noticed them.
         real_time_factor: Simulated seconds per second of the loop.
     """
 
     folder: Path
     metrics: tuple[Metric, ...]
     checks: tuple[Check, ...]
+    faults: tuple[NoticedFault, ...]
     real_time_factor: float
 
 
@@ -157,10 +163,11 @@ def run_world(
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
-        metrics = Metrics(concrete)
+        metrics, noticed = Metrics(concrete), NoticedFaults()
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        run_episode(simulator, stack, duration=concrete.duration, hooks=[latency, metrics, *recorders, *hooks])
+        onlookers = [latency, metrics, noticed, *recorders, *hooks]
+        run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers)
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -173,6 +180,7 @@ def run_world(
         "device_session": channel.session,
         "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
+        "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
@@ -187,7 +195,7 @@ def run_world(
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), simulated / took)
+    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:
@@ -198,6 +206,7 @@ def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pos
     start, world = world.robot.start_pose_in_world, vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
+    world = world.with_faults(options.faults)
     # Last, so that a seed's mirrored run is the mirror image of its run.
     if options.mirrored:
         return mirrored(world), Pose2D(start.x, -start.y, -start.yaw)
@@ -222,6 +231,8 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "layers": [],
         "pass": options.pass_side,
         "mirrored": options.mirrored,
+        "injected_faults": [fault.model_dump(mode="json") for fault in world.faults],
+        "faults": [],
         "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),
         "git_commit": git_commit(),
@@ -295,6 +306,7 @@ def _build(
         pass_side=options.pass_side,
         layers=layers,
         devices=devices,
+        sees=options.perception == "cameras",
     )
 
 
@@ -315,6 +327,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         PosesRecorder(folder / "poses.csv"),
         LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),
+        FramesRecorder(folder / "frames.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
         EmptySeatsRecorder(folder / "empty_seats.csv"),

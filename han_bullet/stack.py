@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
+from han_bullet.health.sensor_health import SensorHealth
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.pose_trail import PoseTrail
 from han_bullet.messages import (
+    Fault,
+    Frame,
     FrameDetections,
     HandOver,
     Observation,
@@ -38,13 +42,14 @@ class Decision:
         time: Of the observation [s].
         estimate: Where the robot believes itself to be.
         detections: One per frame of the observation.
-        scans: The same on the floor.
+        scans: The same on the floor, of the frames that are of use.
         people: Confirmed tracks.
         scene: What the layers looked at.
         costmap: What the planner looked at.
         path: The way taken, or None where there is no free one.
         command: For the robot.
         status: What the robot is up to.
+        faults: What is wrong with its sensors, as it has noticed.
     """
 
     time: float
@@ -57,6 +62,7 @@ class Decision:
     path: Path | None
     command: Twist2D
     status: Status
+    faults: tuple[Fault, ...] = ()
 
     @property
     def asks_for_hand_over(self) -> bool:
@@ -80,6 +86,7 @@ class NavigationStack:
         planner: Planner,
         follower: Follower,
         protective_stop: ProtectiveStop,
+        health: SensorHealth | None = None,
     ) -> None:
         self.localization = localization
         self.detector = detector
@@ -91,7 +98,9 @@ class NavigationStack:
         self.planner = planner
         self.follower = follower
         self.protective_stop = protective_stop
+        self.health = health or SensorHealth()
         self._trail = PoseTrail()
+        self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -100,8 +109,15 @@ class NavigationStack:
         self._trail.add(estimate)
         frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
         detections = self.detector.detect(frames)
-        scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
-        people = self.tracker.update(scans, observation.time)
+        health = self.health.update(observation, estimate, detections)
+        scans = [
+            self.projection.project(frame, found, self._trail.pose_at(frame.time))
+            for frame, found, usable in zip(frames, detections, health.usable, strict=True)
+            if usable
+        ]
+        self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
+        blind = [self._fixed[name] for name in health.blind if name in self._fixed]
+        people = self.tracker.update(scans, observation.time, blind)
         scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
@@ -110,7 +126,9 @@ class NavigationStack:
         path = self.planner.update(
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
-        command, status = self.follower.follow(path, goal, estimate, people, costmap)
+        # While all cameras work, who is not seen is hidden for a moment, and layers and proximity do.
+        factor = min(health.speed_factor, speed_factor_among(people, path) if health.blind else 1.0)
+        command, status = self.follower.follow(path, goal, estimate, people, costmap, factor)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         command, braked = self.protective_stop.limit(
@@ -120,5 +138,15 @@ class NavigationStack:
             self.follower.overruled(command, pose)
             status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
         return Decision(
-            observation.time, estimate, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+            observation.time,
+            estimate,
+            tuple(detections),
+            tuple(scans),
+            people,
+            scene,
+            costmap,
+            path,
+            command,
+            status,
+            (*health.faults, *self.situation.device_faults),
         )

@@ -36,6 +36,7 @@ def values(result: RunResult) -> dict[str, object]:
 def assert_expectations_met(result: RunResult) -> None:
     assert result.checks
     assert [check for check in result.checks if not check.passed] == []
+    assert result.faults == ()  # nothing failed, so nothing may be noticed
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from han_bullet.geometry import Array
-from han_bullet.messages import Status
+from han_bullet.messages import Fault, Status
 
 Place = tuple[float, float]
 
@@ -174,6 +174,7 @@ class Explanation:
         strays: Tracks of nobody.
         detections: Of the cameras' last frames.
         way: Where the robot goes, and why.
+        faults: What the robot knew to be wrong with its cameras and devices.
     """
 
     world: str
@@ -185,3 +186,4 @@ class Explanation:
     strays: tuple[StrayExplained, ...]
     detections: tuple[DetectionExplained, ...]
     way: WayExplained
+    faults: tuple[Fault, ...] = ()
