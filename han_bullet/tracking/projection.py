@@ -145,7 +145,7 @@ class GroundProjection:
         scaled = jacobians * np.column_stack([FOOT_NOISE_ACROSS * boxes[:, 3], along])[:, None, :]
         covariances = scaled @ scaled.transpose(0, 2, 1) + BODY_DEVIATION**2 * np.eye(2)
         whole = known | (boxes[:, 1] + (1.0 + BORDER) * boxes[:, 3] <= frame.intrinsics.height)
-        measurable = below_horizon & whole & (boxes[:, 3] >= SMALLEST_BOX)
+        measurable = below_horizon & whole & (known | (boxes[:, 3] >= SMALLEST_BOX))
         centres = _behind(frame, toes, np.where(known, OFFSET_OF_KNOWN_FEET, OFFSET_ALONG_RAY))
         return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable)
 
