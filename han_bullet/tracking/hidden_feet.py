@@ -32,6 +32,8 @@ SEATED_HEIGHTS = (0.9, 1.45)
 # Where in a box to look for furniture below its lower edge: left, middle and right in box widths from the middle, as
 # wide as feet in a stride, and down in box heights, the deviation of a foot point.
 STRIDE, BELOW = 0.25, 0.05
+# The same below a lowest pixel that is known: twice its deviation [px].
+BELOW_KNOWN = 3.0
 
 
 @dataclass(frozen=True)
@@ -57,30 +59,36 @@ class Readings:
         )
 
 
-def feet_hidden(frame: Frame, boxes: Array, heads: Readings, obstacles: Sequence[SolidBox]) -> NDArray[np.bool_]:
+def feet_hidden(
+    frame: Frame, boxes: Array, heads: Readings, obstacles: Sequence[SolidBox], known_feet: Array | None = None
+) -> NDArray[np.bool_]:
     """Tell of which people furniture of the map hides the feet.
 
     It does so where the image shows it below the box's lower edge, and where it stands before the feet of an adult who
     reaches the upper edge: a detector that sees no legs may end its box well above what hides them. Somebody short who
-    stands close behind furniture looks the same, and is then placed too near, within the deviation of heads.
+    stands close behind furniture looks the same, and is then placed too near, within the deviation of heads. Where the
+    pixel is known at which somebody ends, only what the image shows below it counts.
 
     Args:
         frame: The camera.
         boxes: Shape (n, 4): x, y, width, height [px].
         heads: The people's places by their heads.
         obstacles: Walls and furniture.
+        known_feet: Lowest pixels (column, row) of the people, shape (n, 2) [px], NaN where nobody knows; None: nowhere.
     """
     hidden = np.zeros(len(boxes), bool)
     furniture = [box for box in obstacles if box.kind == "object" and not box.contains(frame.camera_in_world[:2, 3])]
     if not furniture or not len(boxes):
         return hidden
+    ends = np.full((len(boxes), 2), np.nan) if known_feet is None else known_feet
+    known = np.isfinite(ends[:, 1])
     eye = frame.camera_in_world[:3, 3]
     feet = np.column_stack([heads.positions, np.zeros(len(boxes))])
     for box in furniture:
-        hidden |= heads.valid & box.blocks(eye, feet)
-    rows = boxes[:, 1] + (1.0 + BELOW) * boxes[:, 3]
+        hidden |= ~known & heads.valid & box.blocks(eye, feet)
+    rows = np.where(known, ends[:, 1] + BELOW_KNOWN, boxes[:, 1] + (1.0 + BELOW) * boxes[:, 3])
     for share in (0.5 - STRIDE, 0.5, 0.5 + STRIDE):
-        rays = _rays(frame, boxes[:, 0] + share * boxes[:, 2], rows)
+        rays = _rays(frame, np.where(known, ends[:, 0], boxes[:, 0] + share * boxes[:, 2]), rows)
         falling = rays[:, 2] < 0.0
         to_floor = np.where(falling, -eye[2] / np.where(falling, rays[:, 2], -1.0), 0.0)
         for box in furniture:

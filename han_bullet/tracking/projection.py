@@ -58,12 +58,14 @@ class FootPoints:
         covariances: Shape (n, 2, 2) [m^2].
         heights: How tall a person there must be to reach the box's upper edge, shape (n,) [m].
         measurable: Whether the foot point is in the image, below the horizon, and of a box large enough, shape (n,).
+        known: Pixels (column, row) where the feet end, shape (n, 2) [px]; NaN where only the box tells it.
     """
 
     positions: Array
     covariances: Array
     heights: Array
     measurable: NDArray[np.bool_]
+    known: Array
 
 
 class GroundProjection:
@@ -120,7 +122,8 @@ class GroundProjection:
     def _places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        lost = human & (feet_hidden(frame, boxes, heads, self.obstacles) | self._is_short(feet))
+        hidden = feet_hidden(frame, boxes, heads, self.obstacles, feet.known)
+        lost = human & (hidden | self._is_short(feet))
         places = Readings(feet.positions, feet.covariances, human & ~lost)
         for reading in (*(by_seat(frame, boxes, feet.positions, seat) for seat in self.seats), heads):
             covariances = reading.covariances + BODY_DEVIATION**2 * np.eye(2)
@@ -140,14 +143,16 @@ class GroundProjection:
         known = ~np.isnan(ends)
         rows = np.where(known, ends, boxes[:, 1] + FOOT_FRACTION * boxes[:, 3])
         columns = _foot_columns(frame, boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1], rows)
-        toes, jacobians, below_horizon = _to_floor(frame, np.column_stack([columns, rows]))
+        pixels = np.column_stack([columns, rows])
+        toes, jacobians, below_horizon = _to_floor(frame, pixels)
         along = np.where(known, KNOWN_FOOT_NOISE, FOOT_NOISE_ALONG * boxes[:, 3])
         scaled = jacobians * np.column_stack([FOOT_NOISE_ACROSS * boxes[:, 3], along])[:, None, :]
         covariances = scaled @ scaled.transpose(0, 2, 1) + BODY_DEVIATION**2 * np.eye(2)
         whole = known | (boxes[:, 1] + (1.0 + BORDER) * boxes[:, 3] <= frame.intrinsics.height)
         measurable = below_horizon & whole & (known | (boxes[:, 3] >= SMALLEST_BOX))
         centres = _behind(frame, toes, np.where(known, OFFSET_OF_KNOWN_FEET, OFFSET_ALONG_RAY))
-        return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable)
+        known_feet = np.where(known[:, None], pixels, np.nan)
+        return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable, known_feet)
 
     def known_rows(
         self, frame: Frame, boxes: Array, rows: Array | None, pose_robot_in_world: Pose2D | None
