@@ -183,6 +183,8 @@ class Scan:
         sources: Row of the detection behind each measurement, shape (n,), int.
         frame: The image's camera, for what it can see.
         pose_robot_in_world: Of the robot, which may stand in the view; None where it is not known.
+        per_height: How far positions are off per metre that the person looks taller than assumed, shape (n, 2); zero
+            where the head did not tell them. The covariances hold what people's heights make of it. None: all zero.
     """
 
     camera: str
@@ -192,6 +194,7 @@ class Scan:
     sources: NDArray[np.int64]
     frame: Frame
     pose_robot_in_world: Pose2D | None = None
+    per_height: Array | None = None
 
 
 class Posture(str, Enum):

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from han_bullet.geometry import Array, SolidBox
 from han_bullet.messages import Frame, Seat
 from han_bullet.tracking.field_of_view import BODY_HEIGHT
+from han_bullet.tracking.kalman import HEIGHT_DEVIATION
 from han_bullet.tracking.seats import in_sitting_area
 
 # Standing, of a whole person [m]: of 1055 boxes of whole people in real2 and sim2 none was below 1.61; of 25 below 1.6
 # every one had lost its feet.
 SHORTEST_WHOLE = 1.5
-# Of adults' heights together with the box's upper edge [m]: the same 1055 boxes have 0.07.
-HEIGHT_DEVIATION = 0.1
 # A head says where its person stands if it does so to this deviation [m], the tracker's distance gate; one level with
 # the camera says nothing.
 LARGEST_DEVIATION = 1.0
@@ -44,11 +43,13 @@ class Readings:
         positions: Shape (n, 2) [m].
         covariances: Shape (n, 2, 2) [m^2].
         valid: Shape (n,).
+        per_height: How far positions are off per metre that the person looks taller than assumed, shape (n, 2).
     """
 
     positions: Array
     covariances: Array
     valid: NDArray[np.bool_]
+    per_height: Array
 
     def or_else(self, other: Readings) -> Readings:
         """Return these, and the others' where these are not valid."""
@@ -56,6 +57,7 @@ class Readings:
             np.where(self.valid[:, None], self.positions, other.positions),
             np.where(self.valid[:, None, None], self.covariances, other.covariances),
             self.valid | other.valid,
+            np.where(self.valid[:, None], self.per_height, other.per_height),
         )
 
 
@@ -114,7 +116,7 @@ def by_head(frame: Frame, boxes: Array, foot_points: Array) -> Readings:
     deviations = HEIGHT_DEVIATION / np.abs(steep)
     valid = (distances > 0.0) & (distances <= reach + deviations) & (deviations <= LARGEST_DEVIATION)
     positions = eye[:2] + np.minimum(distances, reach)[:, None] * directions
-    return Readings(positions, _along(directions, deviations), valid)
+    return Readings(positions, _along(directions, deviations), valid, -directions / steep[:, None])
 
 
 def by_seat(frame: Frame, boxes: Array, foot_points: Array, seat: Seat) -> Readings:
@@ -133,7 +135,7 @@ def by_seat(frame: Frame, boxes: Array, foot_points: Array, seat: Seat) -> Readi
     seated = (heights >= SEATED_HEIGHTS[0]) & (heights <= SEATED_HEIGHTS[1])
     valid = (distances > 0.0) & in_sitting_area(seat, positions) & seated
     deviation = seat.width / np.sqrt(12.0)  # anywhere on it
-    return Readings(positions, _along(directions, np.full(len(boxes), deviation)), valid)
+    return Readings(positions, _along(directions, np.full(len(boxes), deviation)), valid, np.zeros((len(boxes), 2)))
 
 
 def _rays(frame: Frame, columns: Array, rows: Array) -> Array:
