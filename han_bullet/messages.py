@@ -370,6 +370,11 @@ class GoTo:
 
     pose_in_world: Pose2D
 
+    @property
+    def goal_in_world(self) -> Array:
+        """Return where the task leads, shape (2,) [m]."""
+        return self.pose_in_world.position
+
 
 @dataclass(frozen=True)
 class HandOver:
@@ -388,6 +393,11 @@ class HandOver:
     person: int | None = None
     heading: float | None = None
     position_in_world: Array | None = None
+
+    @property
+    def goal_in_world(self) -> Array:
+        """Return where the task leads, shape (2,) [m]."""
+        return self.place_in_world if self.position_in_world is None else self.position_in_world
 
 
 Task = GoTo | HandOver
