@@ -14,8 +14,8 @@ from han_bullet.localization.scan_matching import ScanMatcher
 
 ALTERNATIVES = 100  # poses that are tried beside the believed one
 SPREAD = np.array([0.7, 0.7, math.radians(20.0)])  # [m], [m], [rad]
-BEAMS, DEVIATION = 45, 0.15  # with which they are tried; [m]
-MATCHED = 6  # of these, different ones
+BEAMS, DEVIATION = 60, 0.15  # with which they are tried; [m]
+MATCHED = 4  # of these, different ones
 VICINITY = np.diag([0.3, 0.3, math.radians(6.0)]) ** 2  # in which each is matched
 TIME_CONSTANT = 0.4  # of the smoothing [s]
 SUSPECT = 0.5  # smoothed share of bad scans
@@ -57,6 +57,7 @@ class Health:
         offsets = SPREAD * self._generator.normal(size=(ALTERNATIVES, 3))
         offsets[::2, 2] = 0.0  # who is pushed need not turn, and along a corridor only those who face right fit
         tried: Array = np.array([pose.x, pose.y, pose.yaw]) + offsets
-        logs, _, _ = self._field.likelihoods(tried, beams.some(BEAMS), DEVIATION)
+        few = beams.some(BEAMS)
+        logs, _, _ = self._field.likelihoods(tried, few, DEVIATION)
         likely = [Pose2D(*tried[k].tolist()) for k in np.argsort(-logs)]
-        return [self._matcher.match(one, VICINITY, beams)[0] for one in apart([pose, *likely])[1 : 1 + MATCHED]]
+        return [self._matcher.match(one, VICINITY, few)[0] for one in apart([pose, *likely])[1 : 1 + MATCHED]]
