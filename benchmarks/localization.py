@@ -24,6 +24,7 @@ from han_bullet.markdown import markdown_table
 from han_bullet.messages import LaserScan, Odometry
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.variation import vary
+from han_bullet.wall_faces import with_doors
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD
 
@@ -78,7 +79,7 @@ def replayed(world: str, seed: int, recording: Recording) -> Replay:
     assert concrete.robot.laser is not None
     grid = OccupancyGrid.of_building(
         [(area.x, area.y) for area in concrete.floor],
-        concrete.solid_boxes(),
+        with_doors(concrete.solid_boxes(), concrete.floor),
         scan_height=concrete.robot.laser.height,
     )
     true_start = recording.poses[0]

@@ -19,6 +19,8 @@ from han_bullet.localization.pose_filter import PoseFilter
 from han_bullet.localization.scan_matching import ScanMatcher
 from han_bullet.messages import LaserScan, Odometry, PoseEstimate
 
+# Of what every scan shares, and no number of them averages away: edges lie anywhere in the map's cells. Of x, y, yaw.
+MAP_ERROR = np.diag([0.007**2, 0.007**2, 0.003**2])  # [m^2], [rad^2]
 REMEMBERED = 40  # control ticks: a scan that is older than these cannot be placed
 
 
@@ -65,7 +67,7 @@ class LidarLocalization(Localization):
         if scan is not None and scanner is not None:
             self._look(scan.time, Beams.of_scan(scan, scanner))
         believed = self._search or self._tracked
-        return PoseEstimate(odometry.time, believed.pose, believed.covariance, self._lost)
+        return PoseEstimate(odometry.time, believed.pose, believed.covariance + MAP_ERROR, self._lost)
 
     def relocalize(self) -> None:
         """Scatter particles over the map; the scans to come decide."""
