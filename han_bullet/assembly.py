@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.recovery import Clearable, Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
@@ -123,8 +124,19 @@ def build_stack(
             raise BadInputError(f"layer {type(layer).__name__} has no name; a class attribute `name` would be right")
     floor = [(area.x, area.y) for area in world.floor]
     robot, settings = world.robot, world.costmap
-    boxes = world.solid_boxes()
     task = task_of(world)
+    layers = [
+        *standard_layers(
+            world.solid_boxes(),
+            robot_radius=robot.radius,
+            inflation_radius=settings.inflation_radius,
+            cost_scaling_factor=settings.cost_scaling_factor,
+            pass_side=pass_side,
+            without=without,
+            parameters=world.layers,
+        ),
+        *layers,
+    ]
     return NavigationStack(
         localization=localization,
         detector=detector,
@@ -132,18 +144,7 @@ def build_stack(
         tracker=tracker,
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),
-        layers=[
-            *standard_layers(
-                boxes,
-                robot_radius=robot.radius,
-                inflation_radius=settings.inflation_radius,
-                cost_scaling_factor=settings.cost_scaling_factor,
-                pass_side=pass_side,
-                without=without,
-                parameters=world.layers,
-            ),
-            *layers,
-        ],
+        layers=layers,
         planner=Planner(weight=settings.astar_weight, replan_period=1.0 / settings.replan_rate),
         follower=Follower(
             radius=robot.radius,
@@ -153,6 +154,14 @@ def build_stack(
             max_yaw_acceleration=robot.max_yaw_acceleration,
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
+        ),
+        recovery=Recovery(
+            relocalize=localization.relocalize,
+            obstacles=[layer for layer in layers if isinstance(layer, Clearable)],
+            wait=world.recovery.wait,
+            clear=world.recovery.clear,
+            ask=world.recovery.ask,
+            search=world.recovery.relocalize,
         ),
     )
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, poses.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
+"""What a run leaves behind as tables: trace, poses, status, tracks, detections, feet and messages, each as .csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -19,6 +19,7 @@ from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 POSES_HEADER = ("time", "x", "y", "yaw", "lost")
+STATUS_HEADER = ("time", "status", "step")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FEET_HEADER = ("time", "camera", "detection", "row")
@@ -100,6 +101,26 @@ class PosesRecorder(TableRecorder):
         estimate = tick.decision.estimate
         pose = estimate.pose_robot_in_world
         yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
+
+
+class StatusRecorder(TableRecorder):
+    """Write what the robot is up to, and what it tries where it cannot go on: one row per change.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, STATUS_HEADER)
+        self._last: tuple[Cell, ...] = ()
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the row of a tick that differs from the one before."""
+        decision = tick.decision
+        now = decision.status.name.lower(), None if decision.step is None else decision.step.name.lower()
+        if now != self._last:
+            self._last = now
+            yield tick.truth.time, *now
 
 
 class TracksRecorder(TableRecorder):

@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, six tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, seven tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ from han_bullet.recorder import (
     FeetRecorder,
     MessagesRecorder,
     PosesRecorder,
+    StatusRecorder,
     TraceRecorder,
     TracksRecorder,
 )
@@ -108,12 +109,14 @@ class RunResult:
         metrics: Every number of the run.
         checks: The world's expectations, held against them.
         real_time_factor: Simulated seconds per second of the loop.
+        gave_up: Why the robot gave up, in a sentence; None where it did not.
     """
 
     folder: Path
     metrics: tuple[Metric, ...]
     checks: tuple[Check, ...]
     real_time_factor: float
+    gave_up: str | None
 
 
 def run_world(
@@ -155,7 +158,7 @@ def run_world(
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks])
+        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks]).gave_up
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -169,6 +172,7 @@ def run_world(
         "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
+        "outcome_detail": gave_up,
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
         "timings": {
@@ -181,7 +185,7 @@ def run_world(
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), simulated / took)
+    return RunResult(folder, tuple(results), tuple(checks), simulated / took, gave_up)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:
@@ -307,6 +311,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         PosesRecorder(folder / "poses.csv"),
+        StatusRecorder(folder / "status.csv"),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),

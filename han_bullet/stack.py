@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.recovery import Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
@@ -18,6 +19,7 @@ from han_bullet.messages import (
     Observation,
     Path,
     PoseEstimate,
+    RecoveryStep,
     Scan,
     Scene,
     Status,
@@ -44,6 +46,8 @@ class Decision:
         path: The way taken, or None where there is no free one.
         command: For the robot.
         status: What the robot is up to.
+        step: What it tries since it cannot go on; None while it can.
+        gave_up: Why it gave up, in a sentence; None as long as it has not.
     """
 
     time: float
@@ -56,15 +60,22 @@ class Decision:
     path: Path | None
     command: Twist2D
     status: Status
+    step: RecoveryStep | None = None
+    gave_up: str | None = None
 
     @property
     def asks_for_hand_over(self) -> bool:
         """Tell whether the robot is asking a person it has chosen to turn to it."""
         return isinstance(self.scene.task, HandOver) and self.scene.task.person is not None
 
+    @property
+    def asks_to_make_way(self) -> bool:
+        """Tell whether the robot is asking people to let it pass: for a loudspeaker, and whoever can act on it."""
+        return self.step is RecoveryStep.ASK
+
 
 class NavigationStack:
-    """Turn one observation into one command: localize, detect, project, track, map, plan, follow."""
+    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, recover."""
 
     def __init__(
         self,
@@ -78,6 +89,7 @@ class NavigationStack:
         layers: Sequence[Layer],
         planner: Planner,
         follower: Follower,
+        recovery: Recovery,
     ) -> None:
         self.localization = localization
         self.detector = detector
@@ -88,6 +100,7 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self.recovery = recovery
         self._trail = PoseTrail()
 
     def step(self, observation: Observation) -> Decision:
@@ -110,6 +123,18 @@ class NavigationStack:
         command, status = self.follower.follow(path, goal, estimate, people, costmap)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
+        status, step, gave_up = self.recovery.update(estimate, status)
         return Decision(
-            observation.time, estimate, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+            observation.time,
+            estimate,
+            tuple(detections),
+            tuple(scans),
+            people,
+            scene,
+            costmap,
+            path,
+            command,
+            status,
+            step,
+            gave_up,
         )

@@ -14,8 +14,15 @@ import numpy as np
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, POSES_HEADER, TRACKS_HEADER
+from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, RecoveryStep, TruePerson, Truth
+from han_bullet.recorder import (
+    DETECTIONS_HEADER,
+    FEET_HEADER,
+    MESSAGES_HEADER,
+    POSES_HEADER,
+    STATUS_HEADER,
+    TRACKS_HEADER,
+)
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
@@ -24,6 +31,7 @@ FILES = (
     "world.yaml",
     "trace.csv",
     "poses.csv",
+    "status.csv",
     "tracks.csv",
     "detections.csv",
     "feet.csv",
@@ -55,6 +63,7 @@ class RecordedRun:
         detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
+        steps: Tick at which it changed -> what the robot tried since it could not go on; None while it could.
     """
 
     folder: Path
@@ -65,6 +74,7 @@ class RecordedRun:
     detections: Mapping[tuple[int, str], Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
+    steps: Mapping[int, RecoveryStep | None]
 
     @property
     def sees(self) -> bool:
@@ -81,6 +91,14 @@ class RecordedRun:
         if not 0.0 <= time <= end + CONTROL_PERIOD:
             raise BadInputError(f"time is {time:g} s; the run {str(self.folder)!r} lasts from 0 to {end:g} s")
         return min(int(time / CONTROL_PERIOD + 1e-6), len(self.truths) - 1)
+
+    def step_at(self, time: float) -> tuple[float, RecoveryStep] | None:
+        """Return since when [s] the robot tried what at a time [s]; None where it could go on."""
+        since, found = 0, None
+        for tick, step in self.steps.items():
+            if tick <= self.tick_at(time) and step is not found:
+                since, found = tick, step
+        return None if found is None else (since * CONTROL_PERIOD, found)
 
 
 def read_run(folder: Path) -> RecordedRun:
@@ -111,6 +129,7 @@ def read_run(folder: Path) -> RecordedRun:
         _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
+        dict(_rows(folder / "status.csv", STATUS_HEADER, _step)),
     )
 
 
@@ -158,6 +177,10 @@ def _track(row: Row) -> TrackRow:
 def _pose(row: Row) -> PoseEstimate:
     time, x, y, yaw = _numbers(row, "time", "x", "y", "yaw")
     return PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(int(row["lost"])))
+
+
+def _step(row: Row) -> RecoveryStep | None:
+    return RecoveryStep[row["step"].upper()] if row["step"] else None
 
 
 def _message(row: Row) -> DeviceMessage:

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
+from han_bullet.messages import RecoveryStep
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -60,6 +61,7 @@ class ResultFile(_Entry):
     versions: dict[str, str]
     git_commit: str
     outcome: str
+    outcome_detail: str | None = None
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
     timings: dict[str, float | int | None]
@@ -117,6 +119,7 @@ class Run:
         result: Of result.json.
         trace: Of trace.csv.
         tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
+        steps: When [s] the robot began what, since it could not go on, and None when it could again.
         devices_on: When the robot was first told that a device is on [s], by its name.
         world: What the map shows; None where it is not known.
     """
@@ -125,6 +128,7 @@ class Run:
     result: ResultFile
     trace: Trace
     tracks: Mapping[float, tuple[Array, Array]]
+    steps: Sequence[tuple[float, RecoveryStep | None]]
     devices_on: Mapping[str, float]
     world: World | None
 
@@ -142,7 +146,7 @@ def read_run(folder: Path) -> Run:
     """
     result = read_result(folder)
     trace, tracks, devices_on = read_trace(folder), _read_tracks(folder), _read_devices_on(folder)
-    return Run(folder, result, trace, tracks, devices_on, find_map(folder))
+    return Run(folder, result, trace, tracks, _read_steps(folder), devices_on, find_map(folder))
 
 
 def read_result(folder: Path) -> ResultFile:
@@ -192,6 +196,21 @@ def _read_tracks(folder: Path) -> dict[float, tuple[Array, Array]]:
         raise BadInputError(f"{folder / 'tracks.csv'}: no tracks of a run ({quoted(error)})") from error
     tables = {moment: np.array(found) for moment, found in by_time.items()}
     return {moment: (found[:, 0], found[:, 1:]) for moment, found in tables.items()}
+
+
+def _read_steps(folder: Path) -> list[tuple[float, RecoveryStep | None]]:
+    """Return the changes of the recovery's step; the run begins without one."""
+    header, rows = _read_table(folder / "status.csv")
+    steps: list[tuple[float, RecoveryStep | None]] = [(0.0, None)]
+    try:
+        time, name = (header.index(name) for name in ("time", "step"))
+        for row in rows:
+            step = RecoveryStep[row[name].upper()] if row[name] else None
+            if step is not steps[-1][1]:
+                steps.append((float(row[time]), step))
+    except (ValueError, KeyError) as error:
+        raise BadInputError(f"{folder / 'status.csv'}: no statuses of a run ({quoted(error)})") from error
+    return steps[1:]
 
 
 def _read_devices_on(folder: Path) -> dict[str, float]:
