@@ -17,6 +17,7 @@ from han_bullet.messages import Detections
 BOX_COLOUR, TEXT_COLOUR = (60, 200, 80), (0, 0, 0)
 FONT, FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
 LABEL_MARGIN = 3  # [px] of the label's ground around its text
+# Quick enough to keep up with the loop on a core of its own; +faststart lets a browser play it before it is all loaded.
 ENCODER = ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"]
 
 

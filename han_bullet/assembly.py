@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.control.recovery import Clearable, Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
@@ -28,7 +29,7 @@ from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
-from han_bullet.wall_faces import boxes_with_doors
+from han_bullet.wall_faces import with_doors
 from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 ASSOCIATIONS: dict[str, type[Association]] = {
@@ -74,7 +75,7 @@ def build_localization(world: World, start: Pose2D, seed: int) -> Localization:
     floor = [(area.x, area.y) for area in world.floor]
     away, turned = world.seed_varies.robot_start, world.seed_varies.heading  # either way, uniformly: variance a^2 / 3
     return LidarLocalization(
-        OccupancyGrid.of_building(floor, boxes_with_doors(world), scan_height=laser.height),
+        OccupancyGrid.of_building(floor, with_doors(world.solid_boxes(), world.floor), scan_height=laser.height),
         start,
         np.diag([away**2, away**2, turned**2]) / 3.0 + np.diag([1e-4, 1e-4, 1e-4]),
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(OF_LOCALIZATION,))),
@@ -154,6 +155,11 @@ def build_stack(
             max_yaw_acceleration=robot.max_yaw_acceleration,
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
+        ),
+        protective_stop=ProtectiveStop(
+            radius=robot.radius,
+            max_acceleration=robot.max_acceleration,
+            max_yaw_acceleration=robot.max_yaw_acceleration,
         ),
         recovery=Recovery(
             relocalize=localization.relocalize,

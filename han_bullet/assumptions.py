@@ -6,12 +6,14 @@ Only those that act beyond detector and tracker: what these assume is not in the
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from han_bullet.costmap.layers import STANDARD, layer_parameters
 from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
+JOINT = re.compile(r"\+(?!\d)")  # between the words of a variant; that of a factor like 1e+06 is none
 ASTAR_WEIGHT = "costmap.astar_weight"
 # Parameters of layers as LAYER.PARAMETER, with the largest value that means something.
 ASSUMPTIONS: dict[str, float] = {

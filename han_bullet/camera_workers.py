@@ -20,6 +20,7 @@ import numpy as np
 
 from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.empty_seats import seats_in_view
 from han_bullet.detection.loading import LoadedDetector, load_detector
 from han_bullet.detection.model_files import DEFAULT
 from han_bullet.detection.scan_limits import SHORTEST_SEATED, ScanLimits, limits_on_floor
@@ -70,8 +71,10 @@ class CameraStation:
         use_one_thread()
         self.frames = InProcessRenderer(world, seed)
         areas = {name: _limits(world.camera(name)) for name in cameras}
-        self.detector = CameraDetector(detector, areas)
-        fixed = [world.camera(name) for name in cameras if isinstance(world.camera(name), CeilingCamera)]
+        fixed = [camera for camera in map(world.camera, cameras) if isinstance(camera, CeilingCamera)]
+        seats, boxes = world.seats(), world.solid_boxes()
+        in_view = {c.name: seats_in_view(seats, boxes, c.intrinsics, c.camera_in_world) for c in fixed}
+        self.detector = CameraDetector(detector, areas, in_view)
         images = self.frames.calibration_images([camera.name for camera in fixed])
         self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
 

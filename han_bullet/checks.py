@@ -68,7 +68,7 @@ def _check_free(world: World, source: str, field: str, place: Array, radius: flo
     on_floor = any(a.x[0] <= place[0] <= a.x[1] and a.y[0] <= place[1] <= a.y[1] for a in world.floor)
     if not on_floor:
         raise BadInputError(f"{source}: {field}: {place.tolist()} lies on no floor area; move it onto one")
-    for box in world.solid_boxes():
+    for box in world.all_boxes():
         if box.contains(place, margin=radius):
             raise BadInputError(
                 f"{source}: {field}: {place.tolist()} lies inside {box.kind} {box.name!r} or nearer to it than the "
@@ -113,7 +113,7 @@ def check_expectations(
 
 def _check(expectation: Expectation, value: Value) -> Check:
     bounds = {">=": expectation.at_least, "<=": expectation.at_most, "==": expectation.equals}
-    expected = " and ".join(f"{sign} {bound}" for sign, bound in bounds.items() if bound is not None)
+    expected = " and ".join(f"{sign} {_plain(bound)}" for sign, bound in bounds.items() if bound is not None)
     passed = value is not None
     if expectation.equals is not None:
         passed = passed and value == expectation.equals
@@ -122,3 +122,8 @@ def _check(expectation: Expectation, value: Value) -> Check:
     if expectation.at_most is not None:
         passed = passed and isinstance(value, int | float) and value <= expectation.at_most
     return Check(expectation.metric, expected, value, passed)
+
+
+def _plain(bound: Value) -> str:
+    """Return a bound as people write it, 0 rather than 0.0."""
+    return f"{bound:g}" if isinstance(bound, float) else str(bound)

@@ -24,6 +24,9 @@ class Tick:
 class Hook(ABC):
     """Something that looks at every tick: trace, video, metrics, ROS bridge."""
 
+    def observe(self, observation: Observation) -> None:  # noqa: B027  (most hooks wait for the whole tick)
+        """Take note of an observation on which the stack has not decided yet."""
+
     @abstractmethod
     def record(self, tick: Tick) -> None:
         """Take note of one tick."""
@@ -44,6 +47,8 @@ def run_episode(
             closing.callback(hook.close)
         observation = simulator.reset()
         while True:
+            for hook in hooks:
+                hook.observe(observation)
             decision = stack.step(observation)
             tick = Tick(observation, decision, simulator.truth)
             for hook in hooks:

@@ -1,4 +1,4 @@
-"""Poses, twists and pinhole cameras: pure numpy, no state.
+"""Poses, twists, polylines and pinhole cameras: pure numpy, no state.
 
 Frames: *world* (x along the corridor, y to its left, z up), *body* (x forward, y left), *camera* (OpenCV: x right,
 y down, z along the view).
@@ -103,6 +103,33 @@ def rotation(angle: float) -> Array:
     """Return the 2 x 2 matrix that turns vectors counter-clockwise by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s], [s, c]])
+
+
+def arc_lengths(polyline: Array) -> Array:
+    """Return how far along a polyline, (n, 2) [m], each of its points lies, shape (n,) [m]."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(polyline, axis=0).T))])
+
+
+def points_at(arc: float | Array, polyline: Array, arcs: Array) -> Array:
+    """Return the points, (..., 2) [m], of a polyline at arc lengths [m]; its ends beyond them.
+
+    Args:
+        arc: Where, shape (...) [m].
+        polyline: Shape (n, 2) [m].
+        arcs: Its `arc_lengths`, shape (n,) [m].
+    """
+    return np.stack([np.interp(arc, arcs, polyline[:, axis]) for axis in (0, 1)], axis=-1)
+
+
+def feet_on(polyline: Array, point: Array) -> tuple[Array, Array]:
+    """Return the nearest places to a point, (2,) [m], on each piece of a polyline, (n, 2) [m].
+
+    Returns:
+        Shares of the pieces, 0 at their beginnings and 1 at their ends, shape (n - 1,), and places, (n - 1, 2) [m].
+    """
+    starts, steps = polyline[:-1], np.diff(polyline, axis=0)
+    shares = np.clip(((point - starts) * steps).sum(axis=1) / np.maximum((steps**2).sum(axis=1), 1e-12), 0.0, 1.0)
+    return shares, starts + shares[:, None] * steps
 
 
 @dataclass(frozen=True)

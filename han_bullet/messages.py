@@ -100,6 +100,19 @@ class LaserScan:
     range_max: float
     scanner_in_body: Pose2D
 
+    @property
+    def angles(self) -> Array:
+        """Return the directions of the rays in the scanner's frame, shape (n,) [rad]."""
+        angles: Array = self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
+        return angles
+
+    @property
+    def points_in_body(self) -> Array:
+        """Return where the rays that met something ended, shape (m, 2) [m]."""
+        met = np.isfinite(self.ranges)
+        ranges, angles = self.ranges[met, None], self.angles[met]
+        return self.scanner_in_body.to_world(ranges * np.column_stack([np.cos(angles), np.sin(angles)]))
+
 
 @dataclass(frozen=True)
 class Odometry:
@@ -162,12 +175,14 @@ class Detections:
         probabilities: Of being a person, shape (n,), in [0, 1]; 1 where the detector gives none.
         feet: Rows of the image where the feet end [px], where the camera knows them better than by the box; NaN where
             not, shape (n,). None: nowhere.
+        empty_seats: Names of sitting areas that the image shows to be empty; of others it tells nothing.
     """
 
     boxes: Array
     scores: Array
     probabilities: Array
     feet: Array | None = field(default=None, kw_only=True)
+    empty_seats: tuple[str, ...] = field(default=(), kw_only=True)
 
     @classmethod
     def none(cls) -> Detections:
@@ -177,11 +192,21 @@ class Detections:
     def select(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Detections:
         """Return some of them: a mask, shape (n,), or row numbers in their new order."""
         feet = None if self.feet is None else self.feet[rows]
-        return Detections(self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet)
+        return Detections(
+            self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet, empty_seats=self.empty_seats
+        )
 
     def at(self, camera: str, time: float) -> FrameDetections:
         """Return the same as those of a camera's frame, exposed at a time [s]."""
-        return FrameDetections(self.boxes, self.scores, self.probabilities, camera, time, feet=self.feet)
+        return FrameDetections(
+            self.boxes,
+            self.scores,
+            self.probabilities,
+            camera,
+            time,
+            feet=self.feet,
+            empty_seats=self.empty_seats,
+        )
 
 
 @dataclass(frozen=True)
@@ -209,6 +234,7 @@ class Scan:
         sources: Row of the detection behind each measurement, shape (n,), int.
         frame: The image's camera, for what it can see.
         pose_robot_in_world: Of the robot, which may stand in the view; None where it is not known.
+        empty_seats: Names of sitting areas that the image shows to be empty.
     """
 
     camera: str
@@ -218,6 +244,7 @@ class Scan:
     sources: NDArray[np.int64]
     frame: Frame
     pose_robot_in_world: Pose2D | None = None
+    empty_seats: tuple[str, ...] = ()
 
 
 class Posture(str, Enum):
@@ -337,7 +364,8 @@ class Scene:
         devices: Known devices.
         seats: Sitting areas of the map.
         task: What the robot is doing.
-        position_robot_in_world: Where it is, shape (2,) [m]; None where it is not known.
+        pose_robot_in_world: Where it is; None where it is not known.
+        laser: The scan taken at that pose, or None.
     """
 
     time: float
@@ -345,7 +373,8 @@ class Scene:
     devices: tuple[Device, ...] = ()
     seats: tuple[Seat, ...] = ()
     task: Task | None = None
-    position_robot_in_world: Array | None = None
+    pose_robot_in_world: Pose2D | None = None
+    laser: LaserScan | None = None
 
 
 @dataclass(frozen=True)
@@ -373,6 +402,7 @@ class Status(str, Enum):
     ARRIVED = "arrived"
     LOST = "lost: what the laser sees does not fit to the map"
     BLOCKED = "blocked"
+    PROTECTIVE_STOP = "braking: something is too near"
 
 
 class RecoveryStep(str, Enum):
@@ -428,6 +458,7 @@ class Truth:
         people: In the order of the world file.
         devices_on: State of each device.
         contacts: What the robot touches.
+        taken_away: Names of the furniture that is no longer there.
     """
 
     time: float
@@ -436,3 +467,4 @@ class Truth:
     people: tuple[TruePerson, ...]
     devices_on: tuple[tuple[str, bool], ...] = ()
     contacts: tuple[Contact, ...] = ()
+    taken_away: tuple[str, ...] = ()

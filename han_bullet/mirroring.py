@@ -5,6 +5,7 @@ What holds for a world holds for its image as well; where the program does bette
 
 from __future__ import annotations
 
+import re
 from typing import TypeVar
 
 from han_bullet.world_schema import (
@@ -26,12 +27,14 @@ from han_bullet.world_schema import (
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 OTHER_SIDE = {"left": "right", "right": "left"}
+_SIDE = re.compile(r"\b(?:left|right)\b")
 
 
 def mirrored(world: World) -> World:
     """Return the mirror image of a concrete world; twice gives the world again."""
     return world.model_copy(
         update={
+            "description": _SIDE.sub(lambda side: OTHER_SIDE[side[0]], world.description),
             "floor": tuple(map(_floor, world.floor)),
             "walls": tuple(map(_wall, world.walls)),
             "furniture": tuple(map(_furniture, world.furniture)),

@@ -42,8 +42,9 @@ class MqttChannel(DeviceChannel):
 
     def __init__(self, address: str) -> None:
         self.session = f"{SIMULATED}-{uuid.uuid4().hex[:12]}"
-        self._address = address
         host, port = split_address(address)
+        self._cure = f"start one there (mosquitto -p {port}), or give the HOST:PORT of one that runs"
+        self._address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self._waiting: deque[bytes] = deque(maxlen=MOST_WAITING)
         self._answered = threading.Event()
         self._refusal: str | None = None
@@ -127,7 +128,7 @@ class MqttChannel(DeviceChannel):
         self._answered.set()
 
     def _unusable(self, reason: str) -> BadInputError:
-        return BadInputError(f"MQTT broker {self._address} cannot be used: {reason}; a running one would be right")
+        return BadInputError(f"MQTT broker {self._address} cannot be used: {reason}; {self._cure}")
 
 
 def split_address(address: str) -> tuple[str, int]:

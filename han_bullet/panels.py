@@ -30,6 +30,7 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.ARRIVED: (20, 140, 90),
     Status.LOST: (196, 40, 60),
     Status.BLOCKED: (196, 40, 60),
+    Status.PROTECTIVE_STOP: (196, 40, 60),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
 FIELD_WIDTH = 168  # [px] of a figure in the title bar

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from han_bullet.episode import Hook, Tick
@@ -32,7 +33,7 @@ class ProgressBar(Hook):
             console=console,
             transient=True,
         )
-        self._task = self._bar.add_task(name, total=duration, factor=0.0, status="")
+        self._task = self._bar.add_task(escape(name), total=duration, factor=0.0, status="")
         self._started: float | None = None
         self._drawn = 0.0
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace, poses, status, tracks, detections, feet and messages, each as .csv.
+"""What a run leaves behind as tables: the truth, poses, status, scans, tracks, boxes, feet, empty seats, messages.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -18,11 +18,13 @@ from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+LASER_HEADER = ("time", "angle_min", "angle_increment", "range_min", "range_max", "x", "y", "yaw")
 POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 STATUS_HEADER = ("time", "status", "step")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FEET_HEADER = ("time", "camera", "detection", "row")
+EMPTY_SEATS_HEADER = ("time", "camera", "seat")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
@@ -123,6 +125,31 @@ class StatusRecorder(TableRecorder):
             yield tick.truth.time, *now
 
 
+class LaserRecorder(TableRecorder):
+    """Write what the laser measured: one row per scan, with the scanner's place on the robot, and its ranges last.
+
+    Args:
+        path: The file.
+        rays: Of a scan.
+    """
+
+    def __init__(self, path: Path, rays: int) -> None:
+        super().__init__(path, (*LASER_HEADER, *ray_columns(rays)))
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the row of a tick's scan, if there is one; where nothing was met, the range is inf."""
+        scan = tick.observation.laser
+        if scan is not None:
+            at = scan.scanner_in_body
+            limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max)
+            yield [*map(float, (scan.time, *limits, at.x, at.y, at.yaw)), *scan.ranges.tolist()]
+
+
+def ray_columns(rays: int) -> tuple[str, ...]:
+    """Return the names of the columns of a scan's ranges."""
+    return tuple(f"range{ray}" for ray in range(rays))
+
+
 class TracksRecorder(TableRecorder):
     """Write what the robot believes: one row per tick and confirmed track.
 
@@ -175,6 +202,23 @@ class FeetRecorder(TableRecorder):
             for number, row in enumerate([] if found.feet is None else found.feet.tolist()):
                 if math.isfinite(row):
                     yield found.time, found.camera, number, row
+
+
+class EmptySeatsRecorder(TableRecorder):
+    """Write which sitting areas fixed cameras showed to be empty.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, EMPTY_SEATS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per frame and seat that it shows to be empty."""
+        for found in tick.decision.detections:
+            for seat in found.empty_seats:
+                yield found.time, found.camera, seat
 
 
 class MessagesRecorder(TableRecorder):

@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, seven tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, nine tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from han_bullet.episode import Hook, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
+from han_bullet.latency import Latency
 from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
@@ -32,7 +33,9 @@ from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     DetectionsRecorder,
+    EmptySeatsRecorder,
     FeetRecorder,
+    LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
     StatusRecorder,
@@ -151,14 +154,17 @@ def run_world(
     with contextlib.ExitStack() as closing:
         channel = _open_channel(options, closing)
         frames, people_finder, detector_description = _open_cameras(concrete, options, detector, closing)
-        simulator = Simulator(concrete, renderer=frames, seed=options.seed, gui=options.gui, channel=channel)
+        latency = Latency()
+        watched = None if frames is None else latency.watched(frames)
+        simulator = Simulator(concrete, renderer=watched, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
         metrics = Metrics(concrete)
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=[metrics, *recorders, *hooks]).gave_up
+        hooks = [latency, metrics, *recorders, *hooks]
+        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=hooks).gave_up
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -181,6 +187,7 @@ def run_world(
             "loop_s": round(took, 3),
             "preparation_s": round(prepared - started, 3),
             "real_time_factor": round(simulated / took, 3),
+            **latency.timings(),
             "peak_memory_mib": memory,
         },
     }
@@ -312,9 +319,11 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         TraceRecorder(folder / "trace.csv", world),
         PosesRecorder(folder / "poses.csv"),
         StatusRecorder(folder / "status.csv"),
+        LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
+        EmptySeatsRecorder(folder / "empty_seats.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:

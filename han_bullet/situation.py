@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.messages import GoTo, HandOver, PoseEstimate, Scene, Seat, Task, TrackedPerson
+from han_bullet.messages import GoTo, HandOver, LaserScan, PoseEstimate, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
@@ -38,9 +38,13 @@ class Situation:
         self._pose_robot_in_world = Pose2D(0.0, 0.0, 0.0)
 
     def update(
-        self, estimate: PoseEstimate, people: Sequence[TrackedPerson], device_messages: Sequence[bytes] = ()
+        self,
+        estimate: PoseEstimate,
+        people: Sequence[TrackedPerson],
+        device_messages: Sequence[bytes] = (),
+        laser: LaserScan | None = None,
     ) -> Scene:
-        """Take in where the robot is, people and what devices sent.
+        """Take in where the robot is, people, what devices sent and what the laser sees.
 
         Afterwards `changed` says whether a device or somebody's posture has changed: that calls for a new plan.
         """
@@ -52,7 +56,7 @@ class Situation:
         self._postures = postures
         if isinstance(self._task, HandOver):
             self._task = _with_person(self._task, people, pose)
-        self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose.position)
+        self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser)
         return self._scene
 
     def goal(self) -> Pose2D:

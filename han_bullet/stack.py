@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.control.recovery import Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
@@ -75,7 +76,7 @@ class Decision:
 
 
 class NavigationStack:
-    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, recover."""
+    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, brake or recover."""
 
     def __init__(
         self,
@@ -89,6 +90,7 @@ class NavigationStack:
         layers: Sequence[Layer],
         planner: Planner,
         follower: Follower,
+        protective_stop: ProtectiveStop,
         recovery: Recovery,
     ) -> None:
         self.localization = localization
@@ -100,6 +102,7 @@ class NavigationStack:
         self.layers = tuple(layers)
         self.planner = planner
         self.follower = follower
+        self.protective_stop = protective_stop
         self.recovery = recovery
         self._trail = PoseTrail()
 
@@ -112,7 +115,7 @@ class NavigationStack:
         detections = self.detector.detect(frames)
         scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
         people = self.tracker.update(scans, observation.time)
-        scene = self.situation.update(estimate, people, observation.device_messages)
+        scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
@@ -123,6 +126,12 @@ class NavigationStack:
         command, status = self.follower.follow(path, goal, estimate, people, costmap)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
+        command, braked = self.protective_stop.limit(
+            command, observation.laser, observation.odometry.twist_robot_in_body, observation.time
+        )
+        if braked:
+            self.follower.overruled(command, pose)
+            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
         status, step, gave_up = self.recovery.update(estimate, status)
         return Decision(
             observation.time,

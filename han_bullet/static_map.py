@@ -1,4 +1,4 @@
-"""The map of a world without its people: walls, furniture and the inflation around them."""
+"""A world without its people: walls, all furniture that stays, on the robot's map or not, and the inflation around."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def static_costmap(world: World) -> Costmap:
     """Return the map with walls, furniture and inflation only."""
     costmap = Costmap.covering([(area.x, area.y) for area in world.floor], world.costmap.resolution)
     for layer in standard_layers(
-        world.solid_boxes(),
+        world.lasting_boxes(),
         robot_radius=world.robot.radius,
         inflation_radius=world.costmap.inflation_radius,
         cost_scaling_factor=world.costmap.cost_scaling_factor,

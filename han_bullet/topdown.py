@@ -7,7 +7,7 @@ carries the costmap, and the building lies on it as a drawing.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import cv2
 import numpy as np
@@ -18,6 +18,7 @@ from han_bullet.episode import Tick
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.lettering import Anchor, Colour, Lettering, Picture
 from han_bullet.messages import Posture, TrackedPerson, TruePerson
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.world_schema import CeilingCamera, GoToTask, World
 
 OUTSIDE: Colour = (226, 230, 235)
@@ -38,7 +39,6 @@ GOAL: Colour = (200, 30, 60)
 
 SOCIAL_RANGE = (0.93, 0.36)  # of the colour map, from cost 0 to 252: bright to dark, no black, since it is drawn upon
 SOCIAL_OPACITY = (0.0, 0.85)  # over the floor, at cost 0 and 252
-BODY_RADIUS = 0.25  # [m] of a drawn person
 MARGIN = 0.15  # [m] around the building
 CAMERA_WEDGE = 0.45  # [m]
 NEW_POINT_AFTER = 2.0  # [px]: a trajectory needs no finer points
@@ -72,7 +72,7 @@ class TopDownView:
         self._world = world
         self._size = size
         self._lettering = lettering
-        self._boxes = {box.name: box for box in world.solid_boxes()}
+        self._boxes = {box.name: box for box in world.all_boxes()}
         low, high = extent(world)
         self.scale = float(np.min(np.array(size) / (high - low)))  # [px/m]
         self._centre = 0.5 * (low + high)
@@ -95,7 +95,7 @@ class TopDownView:
             measurements: Foot points that came in since the last picture, each (n, 2) [m].
         """
         self._draw_costs(picture, tick.decision.costmap)
-        self._draw_building(picture, dict(tick.truth.devices_on))
+        self._draw_building(picture, dict(tick.truth.devices_on), tick.truth.taken_away)
         self._draw_goal(picture)
         self._draw_ways(picture, tick)
         for person in tick.truth.people:
@@ -117,8 +117,10 @@ class TopDownView:
         np.copyto(picture, self._ground)
         picture[top:bottom, left:right] = cv2.resize(cells[::-1], (right - left, bottom - top))
 
-    def _draw_building(self, picture: Picture, devices_on: dict[str, bool]) -> None:
+    def _draw_building(self, picture: Picture, devices_on: dict[str, bool], taken_away: Collection[str]) -> None:
         for name, box in self._boxes.items():
+            if name in taken_away:
+                continue
             if box.kind == "wall":
                 drawing.polygon(picture, self.pixels(footprint(box)), WALL)
             elif name in devices_on:
@@ -165,8 +167,8 @@ class TopDownView:
     def _draw_person(self, picture: Picture, person: TruePerson) -> None:
         """Draw a true body: a disc with a nose."""
         pose = person.pose_in_world
-        self._nose(picture, pose, (BODY_RADIUS, BODY_RADIUS + 0.12), INK, 3)
-        drawing.disc(picture, self.pixels(pose.position), BODY_RADIUS * self.scale, PALE, INK)
+        self._nose(picture, pose, (PERSON_RADIUS, PERSON_RADIUS + 0.12), INK, 3)
+        drawing.disc(picture, self.pixels(pose.position), PERSON_RADIUS * self.scale, PALE, INK)
 
     def _draw_track(self, picture: Picture, track: TrackedPerson) -> None:
         """Draw the centre, the 1-sigma ellipse and, while walking, an arrow to the place in one second."""
@@ -196,7 +198,7 @@ class TopDownView:
         for name, on in tick.truth.devices_on:
             corner = footprint(self._boxes[name]).min(axis=0)
             self._label(picture, f"{name} {'on' if on else 'off'}", corner, (-8.0, -12.0), INK, anchor="right")
-        below = BODY_RADIUS * self.scale + 16.0
+        below = PERSON_RADIUS * self.scale + 16.0
         for person in tick.truth.people:
             self._label(picture, person.name, person.pose_in_world.position, (0.0, -below), INK, anchor="centre")
         for track in tick.decision.people:
@@ -232,5 +234,5 @@ def footprint(box: SolidBox) -> Array:
 def extent(world: World) -> tuple[Array, Array]:
     """Return the lower left and upper right corners of the building with a margin, each shape (2,) [m]."""
     floors = [corner for area in world.floor for corner in np.transpose([area.x, area.y])]
-    corners = np.array([*floors, *(corner for box in world.solid_boxes() for corner in footprint(box))])
+    corners = np.array([*floors, *(corner for box in world.all_boxes() for corner in footprint(box))])
     return corners.min(axis=0) - MARGIN, corners.max(axis=0) + MARGIN

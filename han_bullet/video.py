@@ -8,6 +8,7 @@ from pathlib import Path
 import imageio_ffmpeg
 import numpy as np
 
+from han_bullet.annotated import ENCODER
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import HanError
 from han_bullet.geometry import Array
@@ -19,8 +20,6 @@ from han_bullet.world_schema import CONTROL_PERIOD, World
 WIDTH = 1920  # [px]; five 4:3 images of 384 px, or 81 px per metre of a 23 m corridor
 TITLE_HEIGHT, MAP_HEIGHT, LEGEND_HEIGHT, CAMERA_HEIGHT = 52, 592, 28, 288  # [px]; 960 in all, 672 without cameras
 TICKS_WITHOUT_CAMERAS = 2  # 10 pictures per second
-# Quick enough to keep up with the loop on a core of its own; +faststart lets a browser play it before it is all loaded.
-ENCODER = ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"]
 
 
 class VideoRecorder(Hook):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from han_bullet.geometry import Array, SolidBox, rotation
-from han_bullet.world_schema import FloorArea, World
+from han_bullet.world_schema import FloorArea
 
 IN_FRONT = 0.06  # [m] before a wall face: where floor must lie for the face to be seen
 DOOR_SPACING = 5.0  # [m] along a wall; what one meets in an office corridor
@@ -68,11 +68,9 @@ def upright_faces(box: SolidBox) -> Iterator[WallFace]:
             yield WallFace(box.centre_in_world[:2] - 0.5 * width * along + 0.5 * depth * outward, along, width, height)
 
 
-def boxes_with_doors(world: World) -> tuple[SolidBox, ...]:
-    """Return the solid boxes of a world with its doors' leaves set back, as a level laser beam meets them."""
-    walls = world.solid_boxes()[: len(world.walls)]
-    others = world.solid_boxes()[len(world.walls) :]
-    return (*(piece for wall in walls for piece in _pieces(wall, world.floor)), *others)
+def with_doors(boxes: Sequence[SolidBox], floor: Sequence[FloorArea]) -> tuple[SolidBox, ...]:
+    """Return boxes of a building with the leaves of its walls' doors set back, as a level laser beam meets them."""
+    return tuple(piece for box in boxes for piece in (_pieces(box, floor) if box.kind == "wall" else (box,)))
 
 
 def _pieces(wall: SolidBox, floor: Sequence[FloorArea]) -> Iterator[SolidBox]:

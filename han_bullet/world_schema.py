@@ -8,6 +8,7 @@ simulation time. docs/world_file.md has an annotated example; `world_file.py` re
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -59,6 +60,16 @@ class Wall(Part):
     texture: str = "plaster"
 
 
+class Trigger(Part):
+    """When something begins."""
+
+    when: Literal["time", "robot_moves", "robot_near", "robot_asks"] = Field(
+        "time", description="robot_asks: it asks people to make way, since it cannot go on"
+    )
+    delay: NonNegative = Field(0.0, description="after that event; for `time`, after the start [s]")
+    distance: Positive = Field(2.0, description="for `robot_near`: between the centres [m]")
+
+
 class Furniture(Part):
     """A solid piece of furniture: a box of the given size, drawn as a URDF where one is named."""
 
@@ -69,6 +80,16 @@ class Furniture(Part):
     bottom: NonNegative = Field(0.0, description="height of its lower side above the floor [m]")
     urdf: str | None = Field(None, description="file in urdf/, origin at the centre of the footprint; None draws a box")
     texture: str = "wood"
+    known: bool = Field(True, description="whether it is on the robot's map")
+    until: Trigger | None = Field(None, description="when it is taken away; null: never")
+
+    @model_validator(mode="after")
+    def _map_stays_true(self) -> Furniture:
+        if self.known and self.until is not None:
+            raise ValueError(
+                f"{self.name} is on the robot's map, which never changes, and taken away; give known: false"
+            )
+        return self
 
 
 class SittingArea(Part):
@@ -80,16 +101,6 @@ class SittingArea(Part):
     reach_in_front: Positive = Field(0.8, description="how far before the seat the feet are looked for [m]")
     width: Positive = Field(1.9, description="extent along the seat [m]")
     watches: Name | None = Field(None, description="device that one looks at from here")
-
-
-class Trigger(Part):
-    """When something begins."""
-
-    when: Literal["time", "robot_moves", "robot_near", "robot_asks"] = Field(
-        "time", description="robot_asks: it asks people to make way, since it cannot go on"
-    )
-    delay: NonNegative = Field(0.0, description="after that event; for `time`, after the start [s]")
-    distance: Positive = Field(2.0, description="for `robot_near`: between the centres [m]")
 
 
 class TV(Part):
@@ -396,10 +407,21 @@ class World(Part):
         return self
 
     def solid_boxes(self) -> tuple[SolidBox, ...]:
-        """Return every wall, piece of furniture and device as a box."""
+        """Return every wall, piece of furniture and device of the robot's map as a box."""
+        return self._boxes([piece for piece in self.furniture if piece.known])
+
+    def lasting_boxes(self) -> tuple[SolidBox, ...]:
+        """Return what is there for the whole run, on the map or not."""
+        return self._boxes([piece for piece in self.furniture if piece.until is None])
+
+    def all_boxes(self) -> tuple[SolidBox, ...]:
+        """Return what is there at the start, on the map or not."""
+        return self._boxes(self.furniture)
+
+    def _boxes(self, furniture: Sequence[Furniture]) -> tuple[SolidBox, ...]:
         return (
             *map(_wall_box, range(len(self.walls)), self.walls),
-            *map(_object_box, self.furniture),
+            *map(_object_box, furniture),
             *map(_tv_box, self.devices),
         )
 

@@ -15,12 +15,15 @@ from han_bullet.explain.recorded_run import RecordedRun
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import Detections, PoseEstimate, Posture, TruePerson, Truth
+from han_bullet.run_folder import ResultFile
 from han_bullet.tracking.sight import expected_box
 from han_bullet.world_file import load_world, parse_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
 Place = tuple[float, float]
-SETTINGS: dict[str, Any] = {
+RESULT: dict[str, Any] = {
+    "world": "made",
+    "world_sha256": "",
     "perception": "cameras",
     "association": "nnjpda",
     "layers": [layer.name for layer in STANDARD],
@@ -29,6 +32,15 @@ SETTINGS: dict[str, Any] = {
     "localization": "simulator",
     "device_session": SIMULATED,
     "git_commit": "0123",
+    "cameras": [],
+    "detector": None,
+    "mirrored": False,
+    "scaled": [],
+    "versions": {},
+    "outcome": "timeout",
+    "metrics": [],
+    "checks": [],
+    "timings": {},
 }
 
 
@@ -66,7 +78,7 @@ def made_run(
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
-    return RecordedRun(Path("made"), world, SETTINGS, truths, poses, found, {}, {}, {})
+    return RecordedRun(Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, found, {}, {}, ())
 
 
 def replayed(run: RecordedRun) -> Replay:

@@ -7,8 +7,9 @@ from bars import WHITE, RedNetwork, detector, found_at, frame
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.empty_seats import SeatInView
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.still_scene import _cell_means
+from han_bullet.detection.still_scene import _cell_means, may_hold
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, project
 from han_bullet.messages import Detections, Frame, Posture
@@ -48,6 +49,22 @@ def test_only_cameras_with_an_empty_scene_know_the_rows_of_the_feet():
     fixed, moving = found.detect([frame((60, WHITE)), frame((60, WHITE), fixed=False)])
     assert fixed.feet.shape == (1,)
     assert moving.feet is None
+
+
+def test_a_fixed_camera_with_an_empty_scene_names_the_seats_that_it_shows_to_be_empty():
+    left, right = (SeatInView(name, np.array([[x, 60.0, 40.0, 110.0]])) for name, x in (("left", 52), ("right", 196)))
+    found = CameraDetector(Fixed(), seats={"a": [left, right]})
+    assert found.detect([frame()])[0].empty_seats == ()
+    found.calibrate([frame(), frame(camera="b")])
+    frames = [frame(), frame((60, WHITE)), frame((204, WHITE)), frame(fixed=False), frame(camera="b")]
+    assert [one.empty_seats for one in found.detect(frames)] == [("left", "right"), ("right",), ("left",), (), ()]
+
+
+def test_seats_are_seen_to_be_empty_in_a_frame_in_which_nobody_is_looked_for():
+    found = CameraDetector(detector(), seats={"a": [SeatInView("couch", np.array([[52.0, 60.0, 40.0, 110.0]]))]})
+    assert not may_hold(np.zeros((60, 80), bool), found.detector.smallest_area)
+    found.calibrate([frame()])
+    assert found.detect([frame()])[0].empty_seats == ("couch",)
 
 
 def test_what_the_empty_scene_rules_out_never_reaches_the_second_stage():
@@ -148,10 +165,12 @@ def _pixel(camera, pose) -> np.ndarray:
     return project(np.array([[pose.x, pose.y, 0.0]]), camera.intrinsics, camera.camera_in_world)[0][0]
 
 
-def test_the_rows_of_the_feet_stay_with_their_boxes():
-    found = Detections(np.arange(12.0).reshape(3, 4), np.ones(3), np.ones(3), feet=np.array([1.0, np.nan, 3.0]))
+def test_the_rows_of_the_feet_stay_with_their_boxes_and_empty_seats_with_their_frame():
+    found = Detections(
+        np.arange(12.0).reshape(3, 4), np.ones(3), np.ones(3), feet=np.array([1.0, np.nan, 3.0]), empty_seats=("couch",)
+    )
     chosen = found.select(np.array([2, 0])).at("hall", 1.5)
     assert chosen.boxes[:, 0].tolist() == [8.0, 0.0]
     assert chosen.feet.tolist() == [3.0, 1.0]
-    assert (chosen.camera, chosen.time) == ("hall", 1.5)
+    assert (chosen.camera, chosen.time, chosen.empty_seats) == ("hall", 1.5, ("couch",))
     assert Detections.none().select(np.zeros(0, bool)).feet is None

@@ -50,6 +50,21 @@ def test_workers_give_what_one_process_gives() -> None:
     station.frames.close()
 
 
+def test_workers_tell_which_seats_are_empty_as_one_process_does() -> None:
+    camera = ["camera4"]
+    station = CameraStation(WORLD, 0, camera, DetectorChoice().load())
+    with (
+        Simulator(WORLD, renderer=None) as simulator,
+        CameraWorkers(WORLD, 0, camera, DetectorChoice(), count=1) as workers,
+    ):
+        simulator.reset()
+        (image,) = workers.render(camera, simulator.render_state)
+        frame = Frame("camera4", 0.0, image, WORLD.camera("camera4").intrinsics, np.eye(4), fixed=True)
+        for detector in (station.detector, workers):
+            assert detector.detect([frame])[0].empty_seats == ("couch",)
+    station.frames.close()
+
+
 def test_frames_that_the_workers_did_not_just_render_are_refused() -> None:
     with (
         Simulator(WORLD, renderer=None) as simulator,

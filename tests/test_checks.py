@@ -87,3 +87,9 @@ def test_an_expectation_is_met_within_its_range_and_not_outside(expectation: Exp
 def test_an_expectation_on_an_unknown_metric_is_refused() -> None:
     with pytest.raises(BadInputError, match=r"'applause' is no metric"):
         check_expectations([Expectation(metric="applause", at_least=1.0)], METRICS)
+
+
+def test_bounds_are_written_as_people_write_them() -> None:
+    metrics = [Metric("ospa", 0.25, "m", "")]
+    (check,) = check_expectations([Expectation(metric="ospa", at_least=0.0, at_most=0.5)], metrics)
+    assert check.expected == ">= 0 and <= 0.5"

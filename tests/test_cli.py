@@ -73,7 +73,7 @@ def test_an_unknown_layer_is_named_with_those_there_are(capsys: pytest.CaptureFi
     message = complaint(
         capsys, "run", "real2", "--perception", "truth", "--no-video", "--without", "overtke", "--out", str(out)
     )
-    assert "'overtke'" in message and "overtake" in message
+    assert "'overtke'" in message and "overtake" in message and "social for all but safety" in message
     assert not out.exists()
 
 
@@ -172,7 +172,28 @@ def test_detect_never_overwrites_a_picture(capsys: pytest.CaptureFixture[str], t
 def test_a_folder_that_is_a_file_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     out = str(tmp_path / "file")
-    assert "file" in complaint(capsys, "run", "real2", "--perception", "truth", "--no-video", "--out", out)
+    for command in (["run", "real2", "--out", out], ["run", "real2", "--out", f"{out}/run"]):
+        assert f"{out!r} is a file; a folder would be right" in complaint(capsys, *command)
+    plot = ["explain", str(tmp_path), "--time", "1", "--plot"]
+    assert f"{out!r} is a file; a folder would be right" in complaint(capsys, *plot, f"{out}/moment.png")
+    (tmp_path / "moment.png").mkdir()
+    assert "moment.png' is a folder; a file" in complaint(capsys, *plot, str(tmp_path / "moment.png"))
+
+
+def test_names_in_brackets_are_printed_as_they_are(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "[red]"
+    world = str(short_world(tmp_path, expectations=[{"metric": "outcome", "equals": "[blue]"}]))
+    assert main(["run", world, "--perception", "truth", "--no-video", "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert f"results in {out}/" in printed and "outcome is timeout, expected == [blue]" in printed
+    assert main(["explain", str(out), "--time", "1", "--plot", str(out / "moment.png")]) == 0
+    assert f"picture: {out / 'moment.png'}" in capsys.readouterr().out
+
+
+def test_social_stands_for_all_layers_but_those_of_safety(tmp_path: Path) -> None:
+    command = ["run", str(short_world(tmp_path)), "--perception", "truth", "--no-video", "--out", str(tmp_path / "run")]
+    assert main([*command, "--without", "social,body"]) == 0
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["layers"] == ["static", "inflation"]
 
 
 def test_detect_refuses_what_is_no_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def standing(x: float, y: float, deviation: float) -> TrackedPerson:
 
 def costmap(boxes: list[SolidBox], *people: TrackedPerson) -> Costmap:
     grid = Costmap.covering(FLOOR, 0.05)
-    scene = Scene(0.0, people, task=GoTo(GOAL), position_robot_in_world=START.position)
+    scene = Scene(0.0, people, task=GoTo(GOAL), pose_robot_in_world=START)
     for layer in standard_layers(boxes, robot_radius=0.3):
         layer.apply(grid, scene)
     return grid

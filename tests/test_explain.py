@@ -112,7 +112,7 @@ def test_while_overtaking_on_the_side_with_less_room_overtake_is_what_moves_the_
     (sentence,) = verdict(explanation.way)
     assert sentence.startswith("overtake moved the way by ")
     assert " m to the left near (" in sentence and sentence.endswith(", because of track 0 (walker)")
-    assert "the other way has walker on its left" in details(strongest, explanation.way)
+    assert "the best way without it has walker on its left" in details(strongest, explanation.way)
 
 
 def test_costs_tell_what_a_layer_is_worth(overtaking: Path) -> None:
@@ -225,11 +225,13 @@ def test_a_time_outside_the_run_is_refused_with_its_span(overtaking: Path, time:
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("result.json", "{", "not readable as JSON"),
-        ("result.json", "[]", "has no 'perception'"),
+        ("result.json", "{", "Invalid JSON"),
+        ("result.json", "[]", "the document: Input should be an object"),
         ("trace.csv", "time,robot.x\n", "has no column 'walker.x'"),
         ("messages.csv", "time,device,sent,on,session\n0.0,tv,now,1,\n", "line 2 cannot be read: could not convert"),
-        ("messages.csv", "time,device,sent,on,session\ninf,tv,0.0,1,\n", "line 2 cannot be read: cannot convert"),
+        ("messages.csv", "time,device,sent,on,session\ninf,tv,0.0,1,\n", "line 2 cannot be read: its time is 'inf'"),
+        ("tracks.csv", "time,id,x,y,vx,vy\n0.0,inf,1,1,0,0\n", "line 2 cannot be read: its id is 'inf'"),
+        ("tracks.csv", "time,id,x,y,vx,vy\n0,1,1\n0,1,1,1,0,0\n", "line 2 cannot be read: it has 3 cells"),
         ("tracks.csv", "time,id\xff\n", "cannot be read: 'utf-8' codec"),
         ("world.yaml", "name: [", "not readable as YAML"),
     ],

@@ -10,9 +10,12 @@ from han_bullet.geometry import (
     Pose2D,
     SolidBox,
     Twist2D,
+    arc_lengths,
     camera_on_robot,
+    feet_on,
     floor_homography,
     look_at,
+    points_at,
     project,
     wrap_angle,
 )
@@ -88,3 +91,33 @@ def test_a_wall_blocks_the_lines_that_pass_through_it_and_no_others() -> None:
     origin = np.array([0.0, 0.0, 0.5])
     targets = np.array([[4.0, 0.0, 0.5], [1.5, 0.0, 0.5], [4.0, 3.0, 0.5], [4.0, 0.0, 3.0], [-4.0, 0.0, 0.5]])
     assert wall.blocks(origin, targets).tolist() == [True, False, False, False, False]
+
+
+BENT = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]])
+
+
+def test_places_along_a_polyline_are_counted_from_its_beginning_and_end_at_its_end() -> None:
+    arcs = arc_lengths(BENT)
+    assert arcs == pytest.approx([0.0, 3.0, 7.0])
+    assert points_at(np.array([-1.0, 1.0, 5.0, 9.0]), BENT, arcs) == pytest.approx(
+        np.array([[0.0, 0.0], [1.0, 0.0], [3.0, 2.0], [3.0, 4.0]])
+    )
+    assert points_at(4.0, BENT, arcs) == pytest.approx([3.0, 1.0])
+
+
+def test_a_single_point_is_a_polyline_of_no_length() -> None:
+    point = np.array([[2.0, 1.0]])
+    assert arc_lengths(point) == pytest.approx([0.0])
+    assert points_at(0.5, point, arc_lengths(point)) == pytest.approx([2.0, 1.0])
+
+
+def test_the_foot_of_a_point_is_on_each_piece_at_most_at_its_ends() -> None:
+    shares, feet = feet_on(BENT, np.array([1.0, 2.0]))
+    assert shares == pytest.approx([1.0 / 3.0, 0.5])
+    assert feet == pytest.approx(np.array([[1.0, 0.0], [3.0, 2.0]]))
+    assert feet_on(BENT, np.array([9.0, -5.0]))[1] == pytest.approx(np.array([[3.0, 0.0], [3.0, 0.0]]))
+
+
+def test_a_piece_without_length_has_its_own_place_for_a_foot() -> None:
+    _, feet = feet_on(np.array([[1.0, 1.0], [1.0, 1.0]]), np.array([4.0, 5.0]))
+    assert feet == pytest.approx(np.array([[1.0, 1.0]]))

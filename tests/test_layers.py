@@ -254,7 +254,7 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
 
 def meeting(robot_x: float, goal_x: float, *people: TrackedPerson) -> Scene:
     """A robot on y = 5 that has somewhere on that line to go."""
-    return Scene(0.0, people, task=GoTo(Pose2D(goal_x, 5.0, 0.0)), position_robot_in_world=np.array([robot_x, 5.0]))
+    return Scene(0.0, people, task=GoTo(Pose2D(goal_x, 5.0, 0.0)), pose_robot_in_world=Pose2D(robot_x, 5.0, 0.0))
 
 
 def test_the_way_of_a_walker_who_comes_towards_the_robot_costs_as_far_as_they_get_in_4_seconds() -> None:
@@ -313,8 +313,8 @@ def test_the_amplitude_of_a_social_layer_multiplies_its_costs(
 
 def test_the_standard_layers_come_in_order_and_can_be_left_out() -> None:
     in_order = [
-        "static", "inflation", "body", "personal_walking", "personal_still", "visibility", "interaction", "overtake",
-        "oncoming",
+        "static", "obstacle", "inflation", "body", "personal_walking", "personal_still", "visibility", "interaction",
+        "overtake", "oncoming",
     ]  # fmt: skip
     assert [layer.name for layer in standard_layers([], robot_radius=0.3)] == in_order
     chosen = standard_layers([], robot_radius=0.3, without=["overtake", "static"])
@@ -330,10 +330,11 @@ def test_a_world_may_set_a_layers_numbers() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"without": ["overtaking"]}, "'overtaking' is not known; there are static, inflation"),
+        ({"without": ["overtaking"]}, "'overtaking' is not known; there are static, obstacle, inflation"),
         ({"parameters": {"visbility": {}}}, "'visbility' is not known"),
         ({"parameters": {"visibility": {"beta": 1.0}}}, "unknown parameter 'beta'; it has behind, side, front"),
         ({"parameters": {"body": {"robot_radius": 1.0}}}, "unknown parameter 'robot_radius'"),
+        ({"parameters": {"obstacle": {"obstacle_range": -1.0}}}, r"layer obstacle: obstacle_range is -1\.0"),
         ({"parameters": {"static": {"boxes": 1.0}}}, "unknown parameter 'boxes'; it has none"),
         (
             {"parameters": {"inflation": {"inflation_radius": 0.7}}},
@@ -367,3 +368,17 @@ def test_people_off_the_map_cost_nothing_and_break_nothing() -> None:
     for layer in standard_layers([], robot_radius=0.3, without=["inflation"]):
         layer.apply(costmap, scene)
     assert set(np.unique(costmap.cost).tolist()) == {FREE, UNKNOWN}
+
+
+@given(data=st.data())
+@settings(max_examples=30, deadline=None)
+def test_inflation_of_what_has_changed_is_inflation_of_the_whole(data: st.DataObject) -> None:
+    places = st.tuples(st.floats(-0.2, 10.2), st.floats(-0.2, 10.2))
+    layer = InflationLayer(robot_radius=0.3)
+    for _ in range(3):
+        boxes = [box(x, y, 0.3, 0.2) for x, y in data.draw(st.lists(places, max_size=3))]
+        changed, whole = room(), room()
+        for costmap, inflation in ((changed, layer), (whole, InflationLayer(robot_radius=0.3))):
+            StaticLayer([box(5.0, 5.0, 1.0, 1.0), *boxes]).apply(costmap, Scene(0.0))
+            inflation.apply(costmap, Scene(0.0))
+        assert np.array_equal(changed.cost, whole.cost)

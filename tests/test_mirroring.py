@@ -85,3 +85,8 @@ def test_a_camera_sees_the_mirror_image_of_what_it_saw() -> None:
     in_other = np.linalg.inv(other.camera_in_world) @ (point * [1.0, -1.0, 1.0, 1.0])
     assert in_other == pytest.approx(in_camera * [-1.0, 1.0, 1.0, 1.0])
     assert abs(in_camera[0]) > 0.1
+
+
+def test_its_description_tells_the_other_side() -> None:
+    assert "overtaken on the left (paper" in load_world("real2").description
+    assert "overtaken on the right (paper" in mirrored(load_world("real2")).description

@@ -195,6 +195,7 @@ def test_where_no_broker_is_a_run_ends_before_it_begins(capsys: pytest.CaptureFi
         address = f"127.0.0.1:{taken.getsockname()[1]}"
         message = complaint(capsys, address, tmp_path / "run")
     assert f"MQTT broker {address} cannot be used" in message and "refused" in message
+    assert f"start one there (mosquitto -p {address.split(':')[1]}), or give the HOST:PORT of one that runs" in message
 
 
 def test_who_accepts_but_does_not_answer_is_no_broker(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

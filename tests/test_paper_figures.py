@@ -37,9 +37,9 @@ def gauss(*terms: tuple[float, float]) -> float:
     ("name", "x", "y", "expected"),
     [
         ("standing", 0.5, 0.0, gauss((0.525, 0.56), (0.025, 0.56))),
-        ("hand-over", 0.7, 0.0, 0.0),  # in the opening
-        ("hand-over", 0.5, 0.0, gauss((0.525, 0.56), (0.025, 0.56))),  # nearer than the opening begins
-        ("hand-over", -0.7, 0.0, gauss((0.675, 0.56), (0.025, 0.56))),
+        ("hand-over", 0.0, 0.7, 0.0),  # in the opening
+        ("hand-over", 0.0, 0.5, gauss((0.525, 0.56), (0.025, 0.56))),  # nearer than the opening begins
+        ("hand-over", 0.0, -0.7, gauss((0.675, 0.56), (0.025, 0.56))),
         ("seated", 0.0, -1.0, gauss((0.975, 1.2), (0.025, 0.8))),  # behind: g3 above g2
         ("seated", 0.0, 1.0, gauss((1.025, 0.56), (0.025, 0.56))),
         ("walking", 0.0, 1.0, gauss((1.025, 1.0), (0.025, 2 / 3))),  # at 1 m/s B is 1 m
@@ -87,6 +87,12 @@ def test_a_simulation_is_shown_at_start_change_passing_and_end(monkeypatch: pyte
         f"({letter}) {tick.truth.time:.1f} s"
         for letter, tick in zip("abcd", (start, change, passing, end), strict=True)
     ]
+
+
+def test_the_disc_before_a_device_that_is_on_is_explained() -> None:
+    with styled():
+        (legend,) = draw_simulation("sim2").legends
+    assert "disc: between viewer and tv while it is on" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_the_pipeline_starts_from_a_cameras_image_and_its_ten_channels() -> None:

@@ -1,6 +1,7 @@
 """From boxes to the floor: places, covariances, and what is dropped."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -95,6 +96,11 @@ def test_the_rows_of_the_detections_reach_the_scan() -> None:
     expected = GroundProjection(robot_radius=0.3).foot_points(FRAME, box, np.array([row]))
     assert scan.positions == pytest.approx(expected.positions)
     assert scan.positions[0, 0] > 6.2
+
+
+def test_seats_seen_empty_reach_the_scan() -> None:
+    found = replace(Detections.none(), empty_seats=("couch",))
+    assert GroundProjection(robot_radius=0.3).project(FRAME, found, FAR_AWAY).empty_seats == ("couch",)
 
 
 def test_the_covariance_is_that_of_boxes_scattered_in_the_image() -> None:

@@ -8,9 +8,10 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import DeviceMessage, FrameDetections, RecoveryStep, Status
+from han_bullet.messages import Detections, DeviceMessage, FrameDetections, RecoveryStep, Status
 from han_bullet.recorder import (
     DetectionsRecorder,
+    EmptySeatsRecorder,
     FeetRecorder,
     MessagesRecorder,
     StatusRecorder,
@@ -97,6 +98,20 @@ def test_known_feet_have_a_row_each_with_the_number_of_their_box(tmp_path: Path)
     assert (tmp_path / "feet.csv").read_text().splitlines() == [
         "time,camera,detection,row",
         "0.050000,ceiling,1,412.000000",
+    ]
+
+
+def test_seats_seen_empty_have_a_row_each_with_their_frame(tmp_path: Path):
+    one = TICKS[1]
+    shown = replace(Detections.none(), empty_seats=("couch", "chair")).at("ceiling", 0.05)
+    write(
+        EmptySeatsRecorder(tmp_path / "empty_seats.csv"),
+        (replace(one, decision=replace(one.decision, detections=(shown, Detections.none().at("door", 0.05)))),),
+    )
+    assert (tmp_path / "empty_seats.csv").read_text().splitlines() == [
+        "time,camera,seat",
+        "0.050000,ceiling,couch",
+        "0.050000,ceiling,chair",
     ]
 
 

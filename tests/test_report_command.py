@@ -40,6 +40,12 @@ def test_nothing_to_report_is_one_sentence(capsys: pytest.CaptureFixture[str]) -
     assert "folder of a run or of a sweep, or --figures DIR" in complaint(capsys)
 
 
+def test_a_baseline_for_a_single_run_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "result.json").write_text("{}")
+    told = complaint(capsys, str(tmp_path), "--baseline", "truth")
+    assert f"--baseline truth: {str(tmp_path)!r} is a single run" in told
+
+
 def test_a_baseline_that_is_no_variant_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_row(tmp_path, "real2", "truth", 0)
     assert "baseline 'nn' is no variant" in complaint(capsys, str(tmp_path), "--baseline", "nn")

@@ -18,9 +18,10 @@ import yaml
 from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
 from han_bullet.report.film_still import middle_picture
-from han_bullet.report.run_files import read_result, read_run
+from han_bullet.report.run_files import read_run
 from han_bullet.report.run_moments import position_errors
 from han_bullet.report.run_page import command_line, write_run_page
+from han_bullet.run_folder import read_result
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.world_file import find_world, read_yaml
 
@@ -42,7 +43,7 @@ class Outline(HTMLParser):
         self.addresses += [value for name, value in attrs if name in ("src", "href") and value]
         if tag == "img":
             assert dict(attrs)["alt"]
-        if tag not in ("img", "meta"):
+        if tag not in ("img", "meta", "wbr"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -124,7 +125,13 @@ def test_the_same_run_gives_the_same_page_every_time(run: Path) -> None:
 
 def test_without_its_world_a_run_is_told_without_a_map_and_the_page_says_so(run: Path) -> None:
     (run / "world.yaml").unlink()
-    assert "no world.yaml, so no map is drawn" in outline(write_run_page(run)).text
+    assert "No map is drawn: run has no world.yaml." in outline(write_run_page(run)).text
+
+
+def test_a_world_that_cannot_be_read_is_told_with_its_fault(run: Path) -> None:
+    (run / "world.yaml").write_text("name: [")
+    text = outline(write_run_page(run)).text
+    assert f"No map is drawn: {run / 'world.yaml'}: not readable as YAML" in " ".join(text.split())
 
 
 def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> None:
@@ -182,7 +189,7 @@ def test_a_still_of_the_video_stands_for_it_until_it_plays(tmp_path: Path) -> No
 
 
 def test_the_command_line_makes_the_run_again(run: Path) -> None:
-    change_result(run, layers=["static", "inflation", "body"], **{"pass": "right"})
+    change_result(run, layers=["static", "obstacle", "inflation", "body"], **{"pass": "right"})
     expected = "--without personal_walking,personal_still,visibility,interaction,overtake,oncoming --pass right"
     assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
     change_result(run, mirrored=True)  # whose own side is the right one
@@ -221,6 +228,7 @@ def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:
         ("trace.csv", "time,robot.x\n0.0,1.0\n", "robot.y"),
         ("trace.csv", "time,robot.x,robot.y,robot.yaw,robot.vx,robot.vy\na,b,c,d,e,f\n", "trace.csv"),
         ("tracks.csv", "nothing\n", "tracks.csv"),
+        ("messages.csv", "time,on\n0.0,1\n", "has no column 'device'"),
     ],
 )
 def test_a_file_that_no_run_wrote_is_named_in_one_sentence(run: Path, name: str, content: str, told: str) -> None:

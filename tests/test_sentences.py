@@ -65,4 +65,6 @@ def test_a_layer_that_leaves_no_way_closes_it() -> None:
     effect = layer("body", None, cost_of_way=math.inf, cost_if_ignored=404.0, causes=("track 0 (bob)",))
     explained = way(effect, best=False)
     assert verdict(explained) == ["body closed the way, because of track 0 (bob): without it there is one of 4.0 m"]
-    assert details(effect, explained).startswith("there is a way only without it; the other way, 4.00 m long")
+    assert details(effect, explained).startswith(
+        "there is a way only without it; the best way without it is 4.00 m long"
+    )

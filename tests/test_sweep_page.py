@@ -1,5 +1,6 @@
 """The page of a sweep: counts, paired tables, what is missing, what failed; from rows made by hand."""
 
+import base64
 import re
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,13 @@ import pytest
 from test_run_page import Outline
 
 from han_bullet.errors import BadInputError
+from han_bullet.report.charts import ROBOT, VERMILION
 from han_bullet.report.compared import COMPARED
 from han_bullet.report.sweep_files import is_sweep, read_sweep
-from han_bullet.report.sweep_page import write_sweep_page
+from han_bullet.report.sweep_page import MOST_SMALL_MAPS, write_sweep_page
 from han_bullet.report.sweep_tables import assumptions, comparison, overview, sensitivity
+from han_bullet.world_file import load_world, save_world
+from han_bullet.world_schema import Expectation
 
 TRACE_HEADER = (
     "time,robot.x,robot.y,robot.yaw,robot.vx,robot.vy,robot.omega,walker.x,walker.y,walker.yaw,walker.posture"
@@ -104,6 +108,65 @@ def test_failures_are_listed_with_their_reason_and_their_ways(out: Path) -> None
     assert text.count("minimum_distance.walker") == 2 and "error: WorkerDiedError: gone" in text
 
 
+def pictures_of(page: Path) -> dict[str, str]:
+    """Return the page's pictures by what is said instead of them."""
+    found = re.findall(r'<img src="data:image/svg\+xml;base64,([^"]+)" alt="([^"]+)"', page.read_text(encoding="utf-8"))
+    return {alternative: base64.b64decode(content).decode() for content, alternative in found}
+
+
+def test_a_way_that_failed_is_vermilion_and_dashed_on_both_maps(out: Path) -> None:
+    pictures = pictures_of(write_sweep_page(out))
+    for name, failed in (("Ways of real2, truth, seed 0", 1), ("Ways of all seeds of truth in real2", 2)):
+        robots = re.findall(rf'<path [^>]*stroke="{VERMILION}"[^>]*>', pictures[name])
+        assert len(robots) == failed and all("stroke-dasharray" in robot for robot in robots)
+        assert ROBOT not in pictures[name]
+    assert VERMILION not in pictures["Ways of all seeds of cameras in real2"]
+
+
+def test_no_person_has_the_colour_of_what_failed(out: Path) -> None:
+    folder = out / "runs/real2/cameras/0"
+    people = [f"{name}.{what}" for name in "abcdef" for what in ("x", "y", "yaw", "posture")]
+    line = "0.05,1,0,0,1,0,0" + ",3,0.5,0,standing" * 6
+    header = ",".join([*TRACE_HEADER.split(",")[:7], *people])
+    (folder / "trace.csv").write_text("\n".join([header, line, line]) + "\n")
+    assert VERMILION not in pictures_of(write_sweep_page(out))["Ways of all seeds of cameras in real2"]
+
+
+def test_of_many_failures_the_first_few_of_each_variant_have_a_map_and_the_page_says_so(out: Path) -> None:
+    assert "failures have a map" not in page_of(out).text
+    for variant in ("truth+nn", "truth+gnn"):
+        for seed in range(MOST_SMALL_MAPS + 2):
+            write_row(out, "real2", variant, seed, traced=True, passed=False, failed="outcome = blocked")
+    page = write_sweep_page(out)
+    small = [name for name in pictures_of(page) if name.startswith("Ways of real2, truth+")]
+    assert len(small) == 2 * MOST_SMALL_MAPS
+    assert f"Of each world and variant the first {MOST_SMALL_MAPS} failures have a map." in page_of(out).text
+
+
+def test_the_least_distance_is_the_one_that_the_world_expects(out: Path) -> None:
+    world = load_world("real2")
+    changed = (Expectation(metric="minimum_distance.walker", at_least=0.95),)
+    save_world(world.model_copy(update={"expectations": changed}), out / "runs/real2/cameras/0/world.yaml", "changed")
+    drawn = pictures_of(write_sweep_page(out))["Minimum distance to each person in real2, by variant"]
+    assert "walker: at least 0.95 m expected" in drawn and "0.75" not in drawn
+
+
+def test_a_world_that_cannot_be_read_is_told_beside_the_ways(out: Path) -> None:
+    broken = out / "runs/real2/truth/0/world.yaml"
+    assert "no map: 0 has no world.yaml" in page_of(out).text
+    broken.write_text("name: [")
+    assert f"no map: {broken}: not readable as YAML" in " ".join(page_of(out).text.split())
+
+
+def test_worlds_or_variants_of_which_there_are_fewer_have_the_columns(tmp_path: Path) -> None:
+    for variant in ("cameras", "truth", "truth+mirrored"):
+        write_row(tmp_path, "real2", variant, 0)
+    assert words(overview(read_sweep(tmp_path))).startswith("variant real2 cameras 1 of 1")
+    for world in ("real1", "real3", "sim1"):
+        write_row(tmp_path, world, "truth", 0)
+    assert words(overview(read_sweep(tmp_path))).startswith("world cameras truth truth+ mirrored real1")
+
+
 def test_rows_of_others_never_become_markup(out: Path) -> None:
     evil = "<script>alert(1)</script>"
     write_row(out, evil, evil, 0, error=evil, passed=False, failed=evil, outcome=evil, git_commit=evil)
@@ -128,9 +191,15 @@ def test_scaled_assumptions_have_a_table_of_their_own(out: Path) -> None:
     assert "truth+scale:walking*0.5 against" not in page_of(out).text
 
 
+BIG = "truth+scale:d*1e+06"
+
+
 def test_variants_that_scale_nothing_or_two_things_are_no_assumptions() -> None:
-    found = assumptions(["truth", "truth+scale:a_b*0.5+mirrored", "scale:a*2+scale:b*2", "cameras+scale:c*x"])
-    assert [(a.name, a.factor, a.unchanged) for a in found] == [("a_b", 0.5, "truth+mirrored")]
+    found = assumptions(["truth", "truth+scale:a_b*0.5+mirrored", "scale:a*2+scale:b*2", "cameras+scale:c*x", BIG])
+    assert [(a.name, a.factor, a.unchanged) for a in found] == [
+        ("a_b", 0.5, "truth+mirrored"),
+        ("d", 1e6, "truth"),
+    ]
 
 
 def test_a_sweep_of_one_variant_has_nothing_to_compare(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """One track by itself: confirmation, lives, duplicates, and who goes on as somebody who was lost."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,6 +89,70 @@ def test_outside_every_view_a_track_lives_three_seconds_and_a_seated_one_ten(pos
         assert track.reason_to_end(track.time) is None
     assert np.all(np.diff(spread) > 0.0)
     assert "outside every view" in (track.reason_to_end(2.1 + life) or "")
+
+
+def seated() -> Track:
+    """Return a track of somebody on the couch, last hit at 2 s."""
+    track = seen(0.0, 2.0)
+    track.posture.stance = STANCES[Posture.SEATED]
+    return track
+
+
+def look(track: Track, times: Sequence[float], *seats: str, camera: str = "ceiling") -> list[float]:
+    """Let frames of a camera pass that hit nobody and show seats to be empty; return the times before its end [s]."""
+    lived = []
+    for time in times:
+        track.advance(time)
+        track.note_seat(replace(scan(time, camera=camera), empty_seats=seats))
+        if track.reason_to_end(time) is None:
+            lived.append(time)
+    return lived
+
+
+def tenths(since: float, until: float) -> list[float]:
+    return [0.1 * k for k in range(round(10.0 * since), round(10.0 * until) + 1)]
+
+
+def test_who_sits_on_a_seat_that_a_camera_shows_to_be_empty_for_a_second_is_gone() -> None:
+    track = seated()
+    assert look(track, tenths(2.1, 4.0), "couch")[-1] == pytest.approx(3.0)
+    assert track.reason_to_end(4.0) == "its seat was seen to be empty for 1.90 s by ceiling"
+    assert look(seated(), tenths(2.1, 4.0), "chair") == tenths(2.1, 4.0)
+    assert look(seated(), tenths(2.1, 4.0)) == tenths(2.1, 4.0)
+
+
+def test_an_empty_seat_ends_nobody_who_stands() -> None:
+    track = seated()
+    track.posture.stance = STANCES[Posture.STANDING]
+    assert look(track, tenths(2.1, 4.0), "couch") == tenths(2.1, 4.0)
+
+
+def test_one_frame_that_does_not_show_the_seat_empty_begins_the_second_anew_and_another_camera_does_not() -> None:
+    track = seated()
+    assert look(track, tenths(2.1, 3.0), "couch")[-1] == pytest.approx(3.0)
+    assert look(track, [3.05], camera="door") and look(track, [3.1], "couch") == []
+    track = seated()
+    look(track, tenths(2.1, 3.0), "couch")
+    look(track, [3.1])
+    assert look(track, tenths(3.2, 5.0), "couch")[-1] == pytest.approx(4.1)
+
+
+def test_the_second_begins_anew_after_a_hit_and_after_a_pause_of_the_camera() -> None:
+    track = seated()
+    look(track, tenths(2.1, 3.0), "couch")
+    track.hit(scan(3.05, camera="onboard"), 0)
+    assert look(track, tenths(3.1, 5.0), "couch")[-1] == pytest.approx(4.0)
+    track = seated()
+    look(track, tenths(2.1, 3.0), "couch")
+    assert look(track, tenths(3.4, 5.0), "couch")[-1] == pytest.approx(4.3)
+    assert look(seated(), [2.25 + 0.25 * k for k in range(8)], "couch")[-1] == pytest.approx(3.0)
+
+
+def test_a_younger_track_with_a_later_hit_takes_back_that_the_seat_is_empty() -> None:
+    older, younger = seated(), seen(2.6, 2.8, camera="onboard")
+    look(older, tenths(2.1, 2.9), "couch")
+    older.absorb(younger)
+    assert look(older, tenths(3.0, 5.0), "couch")[-1] == pytest.approx(3.9)
 
 
 def test_what_was_between_two_frames_far_apart_is_not_counted_as_missed() -> None:

@@ -206,6 +206,15 @@ def test_tracks_live_as_long_without_hits_as_their_posture_allows() -> None:
     assert life_after(Posture.SEATED, (seat,)) == pytest.approx(10.0, abs=0.2)
 
 
+def test_somebody_seated_is_gone_a_second_after_a_camera_shows_the_seat_to_be_empty() -> None:
+    seat = Seat("couch", np.array([7.0, 0.3]), -0.5 * math.pi, 0.8, 1.9)
+    _, tracker = follow(lone_walker(0.0, start=7.0), 5.0, tracker=MultiCameraTracker(field_of_view=VIEW, seats=[seat]))
+    scans = [replace(at(EASTWARD, 5.1 + 0.1 * k, []), empty_seats=("couch",)) for k in range(30)]
+    alive = [scan.time for scan in scans if tracker.update([scan], scan.time)]
+    assert alive[-1] == pytest.approx(6.0)  # without the rule it would be 15
+    assert tracker.records[-1].reason == "its seat was seen to be empty for 1.00 s by east"
+
+
 def test_a_young_track_dies_soon() -> None:
     log, tracker = follow(lambda time: [(8.0, 0.0)] if time < 1.0 else [], 3.0)
     gone = next(t for t, p in log if t > 1.0 and not p)
@@ -249,6 +258,18 @@ def test_who_gets_up_from_a_seat_leaves_it_empty_and_keeps_the_id() -> None:
     log, _ = follow(people, 7.0, tracker=MultiCameraTracker(field_of_view=VIEW, seats=[seat]))
     assert next(p for t, p in log if t > 3.0)[0].posture is Posture.SEATED
     assert [(p.id, p.posture) for p in log[-1][1]] == [(0, Posture.WALKING)]
+
+
+def test_who_gets_up_keeps_the_id_though_the_seat_is_seen_to_be_empty_at_once() -> None:
+    seat, rng = Seat("couch", np.array([8.0, 0.5]), -0.5 * math.pi, 0.8, 1.9, "tv"), np.random.default_rng(1)
+    tracker = MultiCameraTracker(field_of_view=VIEW, seats=[seat])
+    for k in range(70):
+        time = 0.1 * k
+        place = (8.0, 0.0) if time < 4.0 else (8.0 - 0.7 * (time - 4.0), -0.6)
+        looks = [scan(frame, time, [place], rng) for frame in (EASTWARD, WESTWARD)]
+        empty = ("couch",) if time >= 4.0 else ()
+        people = tracker.update([replace(look, empty_seats=empty) for look in looks], time)
+    assert [(person.id, person.posture) for person in people] == [(0, Posture.WALKING)]
 
 
 def test_two_cameras_that_place_one_sitter_apart_make_one_person() -> None:

@@ -44,7 +44,7 @@ def test_a_sensitivity_halves_and_doubles_every_assumption() -> None:
 
 def test_without_social_leaves_what_any_robot_needs() -> None:
     left = {layer.name for layer in STANDARD} - set(parse_variant("without:social").without)
-    assert left == {"static", "inflation", "body"}
+    assert left == {"static", "obstacle", "inflation", "body"}
 
 
 def test_a_threshold_is_a_score_or_none_at_all() -> None:

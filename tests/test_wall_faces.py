@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from han_bullet.geometry import SolidBox
-from han_bullet.wall_faces import DOOR_WIDTH, SET_BACK, boxes_with_doors
+from han_bullet.wall_faces import DOOR_WIDTH, SET_BACK, with_doors
 from han_bullet.world_file import find_world, load_world
 from han_bullet.world_schema import World
 
@@ -19,7 +19,7 @@ def is_solid(boxes: tuple[SolidBox, ...], x: float, y: float) -> bool:
 
 @pytest.mark.parametrize(("side", "centres"), [(1.0, (2.5, 7.5, 12.5)), (-1.0, (3.5, 8.5, 13.5))])
 def test_doors_of_the_corridor_stand_back_where_they_are_drawn(side: float, centres: tuple[float, ...]) -> None:
-    boxes = boxes_with_doors(real2())
+    boxes = with_doors(real2().solid_boxes(), real2().floor)
     for x in map(float, np.arange(0.525, 15.8, 0.05)):
         in_door = any(abs(x - centre) < 0.5 * DOOR_WIDTH for centre in centres)
         assert is_solid(boxes, x, side * (1.5 + 0.5 * SET_BACK)) != in_door, x
@@ -27,7 +27,7 @@ def test_doors_of_the_corridor_stand_back_where_they_are_drawn(side: float, cent
 
 def test_a_leaf_closes_its_opening_and_nothing_else_changes() -> None:
     world = real2()
-    boxes = boxes_with_doors(world)
+    boxes = with_doors(world.solid_boxes(), world.floor)
     for x in np.arange(0.025, 15.9, 0.05):
         assert is_solid(boxes, float(x), 1.5 + SET_BACK + 0.01)
         assert is_solid(boxes, float(x), -1.5 - SET_BACK - 0.01)

@@ -74,7 +74,9 @@ def _detect(options: argparse.Namespace, console: Console) -> int:
         tally = detect_sources(sources, detector, options.out, complain=complain, look=look)
     if tally.images == 0:
         return 2
-    console.print(f"{tally.people} people in {tally.images} images; results in {options.out}/", soft_wrap=True)
+    console.print(
+        f"{tally.people} people in {tally.images} images; results in {options.out}/", markup=False, soft_wrap=True
+    )
     return 0
 
 

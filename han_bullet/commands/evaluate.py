@@ -77,7 +77,7 @@ def _choose_threshold(options: argparse.Namespace, console: Console) -> None:
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         model.save(options.out / "acf.npz")
-        console.print(f"model in {options.out / 'acf.npz'}", soft_wrap=True)
+        console.print(f"model in {options.out / 'acf.npz'}", markup=False, soft_wrap=True)
 
 
 def _check_choice(options: argparse.Namespace) -> None:
@@ -141,7 +141,7 @@ def _show(
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         write_report(options.out, rows, headings, notes, _weights_files(options))
-        console.print(f"figures in {options.out}/", soft_wrap=True)
+        console.print(f"figures in {options.out}/", markup=False, soft_wrap=True)
 
 
 def _weights_files(options: argparse.Namespace) -> list[WeightsFile]:

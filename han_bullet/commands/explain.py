@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.markup import escape
 
-from han_bullet.commands.parsing import Commands, Parser, command
+from han_bullet.commands.parsing import Commands, Parser, command, output_folder
 
 if TYPE_CHECKING:
     from han_bullet.explain.explanation import Explanation, PersonExplained, WayExplained
@@ -35,7 +35,9 @@ def _png(text: str) -> Path:
     """Read the name of a picture to write."""
     if Path(text).suffix.lower() != ".png":
         raise argparse.ArgumentTypeError(f"{text!r} does not end in .png")
-    return Path(text)
+    if Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is a folder; a file for the picture would be right")
+    return output_folder(str(Path(text).parent)) / Path(text).name
 
 
 def _explain(options: argparse.Namespace, console: Console) -> int:
@@ -52,12 +54,12 @@ def _explain(options: argparse.Namespace, console: Console) -> int:
         from han_bullet.explain.picture import draw
 
         draw(replayed, explanation, options.plot)
-        console.print(f"picture: {options.plot}", soft_wrap=True)
+        console.print(f"picture: {options.plot}", markup=False, soft_wrap=True)
     return 0
 
 
 def _print_head(explanation: Explanation, console: Console) -> None:
-    title = f"[bold]{explanation.world}[/], seed {explanation.seed}, at {explanation.time:.2f} s"
+    title = f"[bold]{escape(explanation.world)}[/], seed {explanation.seed}, at {explanation.time:.2f} s"
     if explanation.difference is None:
         title += "; perception: truth"
     elif not explanation.warnings:
@@ -76,7 +78,7 @@ def _print_people(explanation: Explanation, console: Console) -> None:
             "no person anywhere" if stray.nearest is None else f"{stray.nearest[0]} is {stray.nearest[1]:.2f} m away"
         )
         place = "({:.2f}, {:.2f})".format(*stray.place)
-        console.print(f"[red]track {stray.track} at {place} stands for nobody[/]: {nearest}", soft_wrap=True)
+        console.print(f"[red]track {stray.track} at {place} stands for nobody[/]: {escape(nearest)}", soft_wrap=True)
         console.print(f"  {escape(stray.text)}", soft_wrap=True)
     if explanation.detections:
         console.print("boxes (x, y, width, height) of the cameras' last frames:")
@@ -88,7 +90,7 @@ def _print_people(explanation: Explanation, console: Console) -> None:
 
 
 def _print_person(person: PersonExplained, console: Console) -> None:
-    where = f"{person.name} at ({person.place[0]:.2f}, {person.place[1]:.2f}), {person.posture}"
+    where = escape(f"{person.name} at ({person.place[0]:.2f}, {person.place[1]:.2f}), {person.posture}")
     if person.track is not None:
         console.print(f"[green]{where}: track {person.track}[/], {person.distance:.2f} m off", soft_wrap=True)
     else:
@@ -112,7 +114,9 @@ def _print_way(way: WayExplained, console: Console) -> None:
         console.print("there is no free way", soft_wrap=True)
     else:
         sides = f"; it has {sides_of(way.sides)}" if way.sides else ""
-        console.print(f"best way: {way.best_length:.2f} m long, costs {way.best_cost:.2f}{sides}", soft_wrap=True)
+        console.print(
+            f"best way: {way.best_length:.2f} m long, costs {way.best_cost:.2f}{sides}", markup=False, soft_wrap=True
+        )
     kept = way.kept_shift
     if kept is not None and abs(kept.largest) >= NOTICED:
         where = "up to {:.2f} m beside it near ({:.1f}, {:.1f})".format(abs(kept.largest), *kept.place)
@@ -121,6 +125,6 @@ def _print_way(way: WayExplained, console: Console) -> None:
     for effect in way.layers:
         if effect.layer not in idle:
             console.print(f"  {effect.layer}: {escape(details(effect, way))}", soft_wrap=True)
-    console.print(f"  without effect: {', '.join(idle) or 'none'}", soft_wrap=True)
+    console.print(f"  without effect: {', '.join(idle) or 'none'}", markup=False, soft_wrap=True)
     for line in verdict(way):
         console.print(f"[bold]{escape(line)}[/]", soft_wrap=True)

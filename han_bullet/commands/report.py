@@ -48,9 +48,14 @@ def _report(options: argparse.Namespace, console: Console) -> int:
 
 
 def _write(folder: Path, baseline: str | None) -> Path:
-    from han_bullet.report.run_files import is_run
+    from han_bullet.run_folder import is_run
 
     if is_run(folder):
+        if baseline is not None:
+            raise BadInputError(
+                f"--baseline {baseline}: {str(folder)!r} is a single run, which has no variants; with the folder of a "
+                "sweep it would be right"
+            )
         from han_bullet.report.run_page import write_run_page
 
         return write_run_page(folder)

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
-from han_bullet.commands.parsing import Commands, Parser, command, names, natural, positive
+from han_bullet.commands.parsing import Commands, Parser, command, names, natural, output_folder, positive
 
 if TYPE_CHECKING:
     from han_bullet.metrics import Metric
@@ -53,7 +54,13 @@ def add(commands: Commands[Parser]) -> None:
     )
     add_option("--classifier", default="default", metavar="NAME|FILE", help="a shipped CNN or a file of one")
     add_option("--threshold", type=float, metavar="T", help="on the score (default: the model's own)")
-    add_option("--without", type=names, default=(), metavar="LAYER,...", help="leave out these costmap layers")
+    add_option(
+        "--without",
+        type=names,
+        default=(),
+        metavar="LAYER,...",
+        help="leave out these costmap layers; social: all but static, inflation and body",
+    )
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
     add_option("--mirrored", action="store_true", help="run the world's mirror image: left for right, --pass included")
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
@@ -62,7 +69,9 @@ def add(commands: Commands[Parser]) -> None:
     add_option(
         "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
     )
-    add_option("--out", type=Path, metavar="DIR", help="folder of the results (default runs/NAME of the world file)")
+    add_option(
+        "--out", type=output_folder, metavar="DIR", help="folder of the results (default runs/NAME of the world file)"
+    )
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
     parser.set_defaults(handler=_run)
 
@@ -76,6 +85,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
 
         worker_context()  # its server imports while this process imports the rest
     from han_bullet.camera_workers import DetectorChoice
+    from han_bullet.costmap.layers import layers_meant
     from han_bullet.progress import ProgressBar
     from han_bullet.runner import RunOptions, run_world
     from han_bullet.world_file import load_world
@@ -88,7 +98,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         cameras=options.cameras,
         association=options.association,
         detector=DetectorChoice(options.detector, options.threshold, options.classifier),
-        without=options.without,
+        without=layers_meant(options.without),
         pass_side=options.pass_side,
         mirrored=options.mirrored,
         workers=options.workers,
@@ -104,12 +114,13 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         console.print(f"[red]gave up[/]: {result.gave_up}", soft_wrap=True)
     failed = [check for check in result.checks if not check.passed]
     for check in failed:
-        console.print(f"[red]not met[/]: {check.metric} is {check.value}, expected {check.expected}", soft_wrap=True)
+        told = f"{check.metric} is {check.value}, expected {check.expected}"
+        console.print(f"[red]not met[/]: {escape(told)}", soft_wrap=True)
     if result.checks and not failed:
         console.print(f"[green]all {len(result.checks)} expectations met[/]")
-    console.print(f"real-time factor {result.real_time_factor:.2f}; results in {folder}/", soft_wrap=True)
+    console.print(f"real-time factor {result.real_time_factor:.2f}; results in {folder}/", markup=False, soft_wrap=True)
     if options.video:
-        console.print(f"video: {folder / 'video.mp4'}", soft_wrap=True)
+        console.print(f"video: {folder / 'video.mp4'}", markup=False, soft_wrap=True)
     return 1 if options.check and failed else 0
 
 
@@ -125,7 +136,7 @@ def _print_metrics(result: RunResult, console: Console) -> None:
         for metric in (metric for of_group, metric in rows if of_group == group):
             value = f"{metric.value:.3f}" if isinstance(metric.value, float) else str(metric.value)
             unit = "" if metric.unit == "1" else metric.unit
-            table.add_row(f"  {metric.name}", "–" if metric.value is None else value, unit)
+            table.add_row(escape(f"  {metric.name}"), "–" if metric.value is None else escape(value), unit)
         table.add_section()
     console.print(table)
 

@@ -165,7 +165,9 @@ def _run(stage: str, options: argparse.Namespace, console: Console, train: Calla
                 options.out.with_suffix(".md").unlink(missing_ok=True)
     measuring = f"han-bullet evaluate --data DIR {MEASURED_BY[stage]} {options.out.name}"
     card = write_model_card(options.out, f"train {stage}", measuring, options.seed, options.data, log)
-    console.print(f"weights in {options.out}, their card in {card}, the log in {log.path}", soft_wrap=True)
+    console.print(
+        f"weights in {options.out}, their card in {card}, the log in {log.path}", markup=False, soft_wrap=True
+    )
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from han_bullet.commands.parsing import Commands, Parser, command
@@ -32,7 +33,7 @@ def _worlds(options: argparse.Namespace, console: Console) -> int:
         return 0
     if options.world is None:
         for name in world_names():
-            console.print(f"[bold]{name}[/]  {load_world(name).description}", soft_wrap=True)
+            console.print(f"[bold]{escape(name)}[/]  {escape(load_world(name).description)}", soft_wrap=True)
         return 0
     from han_bullet.checks import check_world
     from han_bullet.coverage import coverages
@@ -40,14 +41,14 @@ def _worlds(options: argparse.Namespace, console: Console) -> int:
 
     world = load_world(options.world)
     check_world(world, str(find_world(options.world)))
-    console.print(f"[bold]{world.name}[/]  {world.description}", soft_wrap=True)
+    console.print(f"[bold]{escape(world.name)}[/]  {escape(world.description)}", soft_wrap=True)
     people = ", ".join(f"{p.name} ({p.behaviour.kind})" for p in world.people) or "nobody"
-    console.print(f"people: {people}; task: {world.task.kind}; at most {world.duration:g} s")
+    console.print(f"people: {people}; task: {world.task.kind}; at most {world.duration:g} s", markup=False)
     table = Table(title="floor with a whole person in view (onboard: at the start)", title_justify="left")
     for heading in ("camera", r"area \[m²]", "share of floor", r"x \[m]", r"y \[m]"):
         table.add_column(heading, justify="left" if heading == "camera" else "right")
     for coverage in coverages(world):
         x, y = (f"{e[0]:.1f} to {e[1]:.1f}" if e else "-" for e in (coverage.x, coverage.y))
-        table.add_row(coverage.camera, f"{coverage.area:.1f}", f"{coverage.share:.0%}", x, y)
+        table.add_row(escape(coverage.camera), f"{coverage.area:.1f}", f"{coverage.share:.0%}", x, y)
     console.print(table)
     return 0

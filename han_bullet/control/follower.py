@@ -106,6 +106,11 @@ class Follower:
             velocity, yielding = self._velocity(way, target, wrap_angle(yaw - pose.yaw), people)
         return self._command(velocity, self._turn(yaw - pose.yaw), pose), Status.YIELDING if yielding else Status.MOVING
 
+    def overruled(self, command: Twist2D, pose: Pose2D) -> None:
+        """Take note that the base got another command than the one returned last, at that pose."""
+        halfway = pose.yaw + 0.5 * command.omega * self.control_period
+        self._velocity_in_world, self._omega = command.linear_in_world(halfway), command.omega
+
     def _has_arrived(self, goal: Pose2D, pose: Pose2D) -> bool:
         """Tell whether the robot stands at the goal; once there it stays, until the goal moves away."""
         if self._arrived_at is not None and self._arrived_at.distance_to(goal.position) <= self.tolerance_position:

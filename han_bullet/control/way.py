@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, arc_lengths, points_at
 
 SPREAD = 0.25  # a mean point of the way takes in this much to either side [m]; rounds the 45 degree corners of the grid
 
@@ -21,7 +21,7 @@ class Way:
 
     def __init__(self, points_in_world: Array) -> None:
         self.points_in_world = points_in_world
-        self.arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points_in_world, axis=0).T))])
+        self.arc = arc_lengths(points_in_world)
 
     @property
     def start(self) -> Array:
@@ -42,7 +42,7 @@ class Way:
 
     def at(self, arc: float | Array) -> Array:
         """Return the points, (..., 2) [m], at arc lengths [m]; the end beyond it."""
-        return np.stack([np.interp(arc, self.arc, self.points_in_world[:, axis]) for axis in (0, 1)], axis=-1)
+        return points_at(arc, self.points_in_world, self.arc)
 
     def mean_about(self, arc: float) -> Array:
         """Return the mean point, (2,) [m], of a stretch of the way."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
@@ -41,17 +43,30 @@ class InflationLayer(Layer):
         self.robot_radius = robot_radius
         self.inflation_radius = inflation_radius
         self.cost_scaling_factor = cost_scaling_factor
-        self._building: Costs | None = None
+        self._building: Costs = np.zeros((0, 0), np.uint8)
         self._resolution = 0.0
-        self._inflated: Costs | None = None
+        self._inflated: Costs = self._building
 
     def apply(self, costmap: Costmap, scene: Scene) -> None:
-        """Raise the cells near the building; computed anew only when the building or the grid has changed."""
-        same = self._building is not None and np.array_equal(costmap.building, self._building)
-        if self._inflated is None or not same or costmap.resolution != self._resolution:
+        """Raise the cells near the building; computed anew only where the building has changed."""
+        if costmap.shape != self._building.shape or costmap.resolution != self._resolution:
             self._building, self._resolution = costmap.building.copy(), costmap.resolution
             self._inflated = self._inflate(distance_to_obstacles(self._building >= LETHAL, costmap.resolution))
+        elif not np.array_equal(costmap.building, self._building):
+            changed = np.nonzero(costmap.building != self._building)
+            self._building = costmap.building.copy()
+            self._inflate_around(*changed)
         costmap.raise_building_to(self._inflated)
+
+    def _inflate_around(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> None:
+        """Inflate anew all that some cells reach, by all that reaches there: twice the radius around them."""
+        reach = math.ceil(self.inflation_radius / self._resolution) + 1  # cells
+        inner = _around(rows, reach), _around(columns, reach)
+        wide = _around(rows, 2 * reach), _around(columns, 2 * reach)
+        distance = distance_to_obstacles(self._building[wide] >= LETHAL, self._resolution)
+        start_row, start_column = inner[0].start - wide[0].start, inner[1].start - wide[1].start
+        target = self._inflated[inner]
+        target[:] = self._inflate(distance)[start_row:, start_column:][: target.shape[0], : target.shape[1]]
 
     def _inflate(self, distance: Array) -> Costs:
         decay = np.exp(-self.cost_scaling_factor * (distance - self.robot_radius))
@@ -60,6 +75,11 @@ class InflationLayer(Layer):
         values[distance <= self.robot_radius + 1e-9] = INSCRIBED
         inflated: Costs = values.astype(np.uint8)
         return inflated
+
+
+def _around(indices: NDArray[np.int64], reach: int) -> slice:
+    """Return the rows or columns from the first to the last of some, and so many more on both sides."""
+    return slice(max(int(indices.min()) - reach, 0), int(indices.max()) + reach + 1)
 
 
 def distance_to_obstacles(obstacles: NDArray[np.bool_], resolution: float) -> Array:

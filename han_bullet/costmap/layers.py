@@ -1,15 +1,16 @@
-"""The layers of the costmap, in order: the paper's eight, and one for people who come towards the robot."""
+"""The layers of the costmap, in order: the paper's eight, what the laser sees beyond the map, people who come near."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from han_bullet.costmap.body import BodyLayer
 from han_bullet.costmap.inflation import InflationLayer
 from han_bullet.costmap.interaction import InteractionLayer
 from han_bullet.costmap.layer import Layer
+from han_bullet.costmap.obstacle import ObstacleLayer
 from han_bullet.costmap.oncoming import OncomingLayer
 from han_bullet.costmap.overtake import OvertakeLayer
 from han_bullet.costmap.personal_still import PersonalStillLayer
@@ -21,6 +22,7 @@ from han_bullet.geometry import SolidBox
 
 STANDARD: tuple[type[Layer], ...] = (
     StaticLayer,
+    ObstacleLayer,
     InflationLayer,
     BodyLayer,
     PersonalWalkingLayer,
@@ -30,6 +32,25 @@ STANDARD: tuple[type[Layer], ...] = (
     OvertakeLayer,
     OncomingLayer,
 )
+
+SAFETY = ("static", "obstacle", "inflation", "body")  # what any robot needs; the other layers are social
+
+
+def layers_meant(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of layers that words of the command line mean: "social" is all but safety's.
+
+    Raises:
+        BadInputError: A word that is neither.
+    """
+    known = [layer.name for layer in STANDARD]
+    found: list[str] = []
+    for name in names:
+        if name != "social" and name not in known:
+            raise BadInputError(
+                f"layer {name!r} is not known; there are {', '.join(known)}, and social for all but safety"
+            )
+        found += [layer for layer in known if layer not in SAFETY] if name == "social" else [name]
+    return tuple(dict.fromkeys(found))
 
 
 def layer_parameters(layer: type[Layer]) -> dict[str, float]:
@@ -68,6 +89,7 @@ def standard_layers(
     _check_names(without, chosen)
     given: dict[str, dict[str, Any]] = {
         "static": {"boxes": boxes},
+        "obstacle": {"robot_radius": robot_radius},
         "inflation": {
             "robot_radius": robot_radius,
             "inflation_radius": inflation_radius,

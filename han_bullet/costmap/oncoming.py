@@ -42,11 +42,11 @@ class OncomingLayer(Layer):
 
     def apply(self, costmap: Costmap, scene: Scene) -> None:
         """Raise the ways of walkers who come towards the robot."""
-        if scene.position_robot_in_world is None or scene.task is None:
+        if scene.pose_robot_in_world is None or scene.task is None:
             return
         goal = _goal(scene.task)
         for person in scene.people:
-            if person.posture is Posture.WALKING and _comes(person, scene.position_robot_in_world, goal):
+            if person.posture is Posture.WALKING and _comes(person, scene.pose_robot_in_world.position, goal):
                 self._raise_way(costmap, person)
 
     def _raise_way(self, costmap: Costmap, person: TrackedPerson) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from han_bullet.detection.detector import Detector
+from han_bullet.detection.empty_seats import SeatInView
 from han_bullet.detection.search_area import Both, SearchArea
 from han_bullet.detection.still_scene import ChangedArea, StillScene, may_hold
 from han_bullet.errors import BadInputError
@@ -31,11 +32,18 @@ class CameraDetector(FrameDetector):
         detector: Looks at one image at a time.
         areas: Where people may be in the images of a camera, by its name, such as `limits_on_floor` tells; nothing else
             is looked at. Images of other cameras may show people anywhere.
+        seats: Which seats a fixed camera has in view, by its name, to tell which of them are empty.
     """
 
-    def __init__(self, detector: Detector, areas: Mapping[str, SearchArea] | None = None) -> None:
+    def __init__(
+        self,
+        detector: Detector,
+        areas: Mapping[str, SearchArea] | None = None,
+        seats: Mapping[str, Sequence[SeatInView]] | None = None,
+    ) -> None:
         self.detector = detector
         self._areas = dict(areas or {})
+        self._seats = dict(seats or {})
         self._scenes: dict[str, StillScene] = {}
 
     def calibrate(self, frames: Sequence[Frame]) -> None:
@@ -63,9 +71,10 @@ class CameraDetector(FrameDetector):
         if scene is None:
             return self.detector.decide(frame.image, self.detector.propose(frame.image, area))
         changes = scene.changes(frame.image)
+        empty = tuple(seat.name for seat in self._seats.get(frame.camera, ()) if seat.is_empty(changes))
         if not may_hold(changes, self.detector.smallest_area):
-            return Detections.none()
+            return replace(Detections.none(), empty_seats=empty)
         changed = ChangedArea(changes)
         proposals = self.detector.propose(frame.image, changed if area is None else Both(area, changed))
         found = self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))
-        return replace(found, feet=scene.feet(frame.image, found.boxes))
+        return replace(found, feet=scene.feet(frame.image, found.boxes), empty_seats=empty)

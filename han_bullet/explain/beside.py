@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from han_bullet.explain.explanation import Shift
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, arc_lengths, feet_on, points_at
 
 # Between the points at which ways are compared [m].
 STEP = 0.05
@@ -15,14 +17,13 @@ PASSED_WITHIN = 3.0
 
 def length_of(way: Array | None) -> float:
     """Return the length of a polyline, shape (n, 2) [m]; 0 where there is none."""
-    return 0.0 if way is None else float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    return 0.0 if way is None else float(arc_lengths(way)[-1])
 
 
 def resampled(way: Array) -> Array:
     """Return points every `STEP` or closer along a polyline, shape (n, 2) [m], its two ends included."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
-    stations = np.linspace(0.0, along[-1], 2 + int(along[-1] / STEP))
-    return np.column_stack([np.interp(stations, along, way[:, axis]) for axis in (0, 1)])
+    arcs = arc_lengths(way)
+    return points_at(np.linspace(0.0, arcs[-1], 2 + int(arcs[-1] / STEP)), way, arcs)
 
 
 def shift_between(way: Array | None, other: Array | None) -> Shift | None:
@@ -55,12 +56,10 @@ def side_of(way: Array | None, place: Array) -> str | None:
 
 def _beside(point: Array, way: Array) -> float:
     """Return the signed distance [m] of a point, (2,), from a polyline, (n, 2): left is positive."""
-    starts, steps = way[:-1], np.diff(way, axis=0)
-    lengths = np.maximum(np.linalg.norm(steps, axis=1), 1e-12)
-    share = np.clip(((point - starts) * steps).sum(axis=1) / lengths**2, 0.0, 1.0)
-    gaps = point - (starts + share[:, None] * steps)
-    distances = np.linalg.norm(gaps, axis=1)
+    shares, feet = feet_on(way, point)
+    distances = np.hypot(*(point - feet).T)
     k = int(distances.argmin())
-    across = float(steps[k, 0] * (point - starts[k])[1] - steps[k, 1] * (point - starts[k])[0]) / float(lengths[k])
-    beyond = (k == 0 and share[k] == 0.0) or (k == len(steps) - 1 and share[k] == 1.0)
+    (along_x, along_y), (x, y) = way[k + 1] - way[k], point - way[k]
+    across = float(along_x * y - along_y * x) / max(math.hypot(along_x, along_y), 1e-12)
+    beyond = (k == 0 and shares[k] == 0.0) or (k == len(shares) - 1 and shares[k] == 1.0)
     return across if beyond else float(np.copysign(distances[k], across))

@@ -12,17 +12,17 @@ from han_bullet.tracking.track import TrackRecord
 
 def explain_boxes(replay: Replay) -> tuple[DetectionExplained, ...]:
     """Return the boxes of every camera's last frame, in the order of the cameras."""
-    projection, records = RefusalReasons(replay.stack.projection), lives(replay)
-    return tuple(box for look in replay.looks.values() for box in _of_frame(look, projection, records))
+    reasons, records = RefusalReasons(replay.stack.projection), lives(replay)
+    return tuple(box for look in replay.looks.values() for box in _of_frame(look, reasons, records))
 
 
-def _of_frame(look: Look, projection: RefusalReasons, records: tuple[TrackRecord, ...]) -> list[DetectionExplained]:
+def _of_frame(look: Look, reasons: RefusalReasons, records: tuple[TrackRecord, ...]) -> list[DetectionExplained]:
     frame, boxes, robot = look.scan.frame, look.found.boxes, look.scan.pose_robot_in_world
-    rows = projection.known_rows(frame, boxes, look.found.feet, robot)
-    feet = projection.foot_points(frame, boxes, rows).positions
+    rows = reasons.projection.known_rows(frame, boxes, look.found.feet, robot)
+    feet = reasons.projection.foot_points(frame, boxes, rows).positions
     places = {int(row): _place(look.scan.positions[k]) for k, row in enumerate(look.scan.sources)}
     explained = []
-    for row, refusal in enumerate(projection.of(look.found, look.scan)):
+    for row, refusal in enumerate(reasons.of(look.found, look.scan)):
         x, y, width, height = look.found.boxes[row].tolist()
         explained.append(
             DetectionExplained(

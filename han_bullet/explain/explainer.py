@@ -35,7 +35,7 @@ def explain(replayed: Replay) -> Explanation:
     run = replayed.run
     return Explanation(
         run.world.name,
-        run.settings["seed"],
+        run.result.seed,
         replayed.tick.truth.time,
         _warnings(replayed),
         replayed.difference if run.sees else None,
@@ -55,14 +55,14 @@ def _warnings(replayed: Replay) -> tuple[str, ...]:
             f"{AGREEMENT:g} m: {_suspects(run)}"
         )
     known = {layer.name for layer in STANDARD}
-    own = [name for name in run.settings["layers"] if name not in known]
+    own = [name for name in run.result.layers if name not in known]
     if own:
         told.append(f"the run had layers of its own, which a replay lacks: {', '.join(own)}")
     return tuple(told)
 
 
 def _suspects(run: RecordedRun) -> str:
-    then, now = run.settings["git_commit"], git_commit()
+    then, now = run.result.git_commit, git_commit()
     if then != now:
         return f"the run is of commit {then}, and this is {now}"
     return "its files or the code were edited since"

@@ -14,7 +14,7 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.explain.explanation import Explanation
 from han_bullet.explain.replay import Replay
 from han_bullet.explain.sentences import movers, verdict
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, arc_lengths, points_at
 from han_bullet.lettering import Colour, Lettering, Picture
 from han_bullet.topdown import INK, OUTSIDE, PATH, TopDownView
 
@@ -81,11 +81,9 @@ def paint(replayed: Replay, explanation: Explanation) -> Picture:
 
 def _dashed(picture: Picture, places: Array, colour: Colour) -> None:
     """Draw a dashed line, so that of two ways on one another both can be seen."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    for start in np.arange(0.0, along[-1], 2.0 * DASH):
-        stations = np.clip([start, start + 0.5 * DASH, start + DASH], 0.0, along[-1])
-        dash = np.column_stack([np.interp(stations, along, places[:, axis]) for axis in (0, 1)])
-        drawing.line(picture, dash, colour, 3)
+    arcs = arc_lengths(places)
+    for start in np.arange(0.0, arcs[-1], 2.0 * DASH):
+        drawing.line(picture, points_at(start + DASH * np.array([0.0, 0.5, 1.0]), places, arcs), colour, 3)
 
 
 def _cross(picture: Picture, place: Array) -> None:

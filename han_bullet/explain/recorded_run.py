@@ -2,44 +2,44 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, TypeVar
 
 import numpy as np
 
-from han_bullet.errors import BadInputError, quoted
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, RecoveryStep, TruePerson, Truth
-from han_bullet.recorder import (
-    DETECTIONS_HEADER,
-    FEET_HEADER,
-    MESSAGES_HEADER,
-    POSES_HEADER,
-    STATUS_HEADER,
-    TRACKS_HEADER,
+from han_bullet.messages import (
+    Detections,
+    DeviceMessage,
+    LaserScan,
+    PoseEstimate,
+    Posture,
+    RecoveryStep,
+    TruePerson,
+    Truth,
 )
+from han_bullet.recorder import DETECTIONS_HEADER, LASER_HEADER, ray_columns
+from han_bullet.run_folder import ResultFile, Step, Table, is_run, read_result, read_steps, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
-FILES = (
-    "result.json",
-    "world.yaml",
+TABLES = (
     "trace.csv",
     "poses.csv",
     "status.csv",
+    "laser.csv",
     "tracks.csv",
     "detections.csv",
     "feet.csv",
+    "empty_seats.csv",
     "messages.csv",
 )
-Row = dict[str, str]
-Value = TypeVar("Value")
-SETTINGS = ("perception", "association", "layers", "pass", "seed", "localization", "device_session", "git_commit")
+FILES = ("result.json", "world.yaml", *TABLES)
+Image = tuple[int, str]  # tick and camera
 
 
 @dataclass(frozen=True)
@@ -57,29 +57,31 @@ class RecordedRun:
     Attributes:
         folder: Of the run.
         world: The concrete one, with the cameras that were in use.
-        settings: The run's result.json.
+        result: Of result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
-        detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
+        scans: Tick -> what the laser measured.
+        detections: (tick, camera) -> what was found in that frame; frames that showed nothing are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
-        steps: Tick at which it changed -> what the robot tried since it could not go on; None while it could.
+        steps: What the robot tried where it could not go on.
     """
 
     folder: Path
     world: World
-    settings: Mapping[str, Any]
+    result: ResultFile
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
-    detections: Mapping[tuple[int, str], Detections]
+    scans: Mapping[int, LaserScan]
+    detections: Mapping[Image, Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
-    steps: Mapping[int, RecoveryStep | None]
+    steps: Sequence[Step]
 
     @property
     def sees(self) -> bool:
         """Tell whether cameras looked, rather than the simulator telling where people are."""
-        return bool(self.settings["perception"] == "cameras")
+        return self.result.perception == "cameras"
 
     def tick_at(self, time: float) -> int:
         """Return the last tick at or before a time [s].
@@ -94,11 +96,8 @@ class RecordedRun:
 
     def step_at(self, time: float) -> tuple[float, RecoveryStep] | None:
         """Return since when [s] the robot tried what at a time [s]; None where it could go on."""
-        since, found = 0, None
-        for tick, step in self.steps.items():
-            if tick <= self.tick_at(time) and step is not found:
-                since, found = tick, step
-        return None if found is None else (since * CONTROL_PERIOD, found)
+        since, step = max((one for one in self.steps if one[0] <= time), default=(0.0, None), key=itemgetter(0))
+        return None if step is None else (since, step)
 
 
 def read_run(folder: Path) -> RecordedRun:
@@ -110,126 +109,124 @@ def read_run(folder: Path) -> RecordedRun:
     if not folder.is_dir():
         raise BadInputError(f"run {str(folder)!r} is no folder; one that `han-bullet run` made would be right")
     missing = [name for name in FILES if not (folder / name).is_file()]
-    if "result.json" in missing:
+    if not is_run(folder):
         raise BadInputError(f"{str(folder)!r} holds no result.json; the folder of a finished run would be right")
     if missing:
         raise BadInputError(
             f"run {str(folder)!r} lacks {', '.join(missing)}, as one of another version does; run its world again"
         )
-    settings = _settings(folder / "result.json")
+    result = read_result(folder)
     world = load_world(folder / "world.yaml")
-    tracks = _by_tick(_rows(folder / "tracks.csv", TRACKS_HEADER, _track))
-    truths = _truths(folder / "trace.csv", world, tracks if settings["perception"] == "truth" else {})
+    tracks = _tracks(read_table(folder / "tracks.csv"))
+    truths = _truths(read_table(folder / "trace.csv"), world, tracks if result.perception == "truth" else {})
+    feet, seats = _feet(read_table(folder / "feet.csv")), _empty_seats(read_table(folder / "empty_seats.csv"))
+    detections = _detections(read_table(folder / "detections.csv"), feet, seats)
     return RecordedRun(
         folder,
         world,
-        settings,
+        result,
         truths,
-        dict(_rows(folder / "poses.csv", POSES_HEADER, _pose)),
-        _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
-        _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
+        _poses(read_table(folder / "poses.csv")),
+        _scans(read_table(folder / "laser.csv")),
+        detections,
+        _messages(read_table(folder / "messages.csv")),
         tracks,
-        dict(_rows(folder / "status.csv", STATUS_HEADER, _step)),
+        read_steps(folder),
     )
 
 
-def _settings(path: Path) -> dict[str, Any]:
-    try:
-        settings = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise BadInputError(f"{path}: not readable as JSON: {quoted(error)}") from error
-    missing = [name for name in SETTINGS if not isinstance(settings, dict) or name not in settings]
-    if missing:
-        raise BadInputError(f"{path}: has no {missing[0]!r}; the result of `han-bullet run` would be right")
-    return dict(settings)
-
-
-def _rows(path: Path, header: Sequence[str], parse: Callable[[Row], Value]) -> Iterator[tuple[int, Value]]:
-    """Return the tick and the value of each line; `time` is the first column of every table."""
-    with path.open(encoding="utf-8", newline="") as file:
-        lines = csv.DictReader(file)
-        try:
-            missing = sorted(set(header) - set(lines.fieldnames or ()))
-            if missing:
-                raise BadInputError(f"{path}: has no column {missing[0]!r}; a run of this version writes it")
-            for row in lines:
-                yield round(float(row["time"]) / CONTROL_PERIOD), parse(row)
-        except (ValueError, TypeError, KeyError, OverflowError, csv.Error) as error:
-            raise BadInputError(f"{path}: line {lines.line_num} cannot be read: {quoted(error)}") from error
-
-
-def _by_tick(rows: Iterable[tuple[int, Value]]) -> dict[int, list[Value]]:
-    found: dict[int, list[Value]] = {}
-    for tick, value in rows:
-        found.setdefault(tick, []).append(value)
+def _tracks(table: Table) -> dict[int, list[TrackRow]]:
+    found: dict[int, list[TrackRow]] = {}
+    states = table.numbers("x", "y", "vx", "vy").tolist()
+    rows = zip(table.ticks().tolist(), table.whole_numbers("id").tolist(), states, strict=True)
+    for tick, identity, (x, y, vx, vy) in rows:
+        found.setdefault(tick, []).append(TrackRow(identity, (x, y, vx, vy)))
     return found
 
 
-def _numbers(row: Row, *columns: str) -> list[float]:
-    return [float(row[column]) for column in columns]
+def _messages(table: Table) -> dict[int, list[DeviceMessage]]:
+    found: dict[int, list[DeviceMessage]] = {}
+    sent_on = table.numbers("sent", "on").tolist()
+    rows = zip(table.ticks().tolist(), table.words("device"), sent_on, table.words("session"), strict=True)
+    for tick, device, (sent, on), session in rows:
+        found.setdefault(tick, []).append(DeviceMessage(device, sent, on=bool(on), session=session))
+    return found
 
 
-def _track(row: Row) -> TrackRow:
-    x, y, vx, vy = _numbers(row, "x", "y", "vx", "vy")
-    return TrackRow(int(row["id"]), (x, y, vx, vy))
+def _poses(table: Table) -> dict[int, PoseEstimate]:
+    rows = table.numbers("time", "x", "y", "yaw", "lost").tolist()
+    estimates = (PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(lost)) for time, x, y, yaw, lost in rows)
+    return dict(zip(table.ticks().tolist(), estimates, strict=True))
 
 
-def _pose(row: Row) -> PoseEstimate:
-    time, x, y, yaw = _numbers(row, "time", "x", "y", "yaw")
-    return PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(int(row["lost"])))
-
-
-def _step(row: Row) -> RecoveryStep | None:
-    return RecoveryStep[row["step"].upper()] if row["step"] else None
-
-
-def _message(row: Row) -> DeviceMessage:
-    return DeviceMessage(row["device"], float(row["sent"]), on=bool(int(row["on"])), session=row["session"])
-
-
-def _detections(path: Path, feet: Mapping[tuple[int, str], Mapping[int, float]]) -> dict[tuple[int, str], Detections]:
-    """Gather the boxes of each frame, in the order in which the detector gave them, with the rows of known feet."""
-    frames: dict[tuple[int, str], list[list[float]]] = {}
-    columns = DETECTIONS_HEADER[2:]
-    for tick, (camera, box) in _rows(path, DETECTIONS_HEADER, lambda row: (row["camera"], _numbers(row, *columns))):
-        frames.setdefault((tick, camera), []).append(box)
-    tables = {key: np.array(boxes) for key, boxes in frames.items()}
+def _scans(table: Table) -> dict[int, LaserScan]:
+    rays = len(table.columns) - len(LASER_HEADER)
+    rows = zip(table.ticks().tolist(), table.numbers(*LASER_HEADER, *ray_columns(rays)), strict=True)
     found = {}
-    for key, table in tables.items():
-        known = feet.get(key, {})
-        rows = np.array([known.get(number, math.nan) for number in range(len(table))])
-        found[key] = Detections(table[:, :4], table[:, 4], table[:, 5], feet=rows)
+    for tick, row in rows:
+        time, start, increment, nearest, farthest, *place = row[: len(LASER_HEADER)].tolist()
+        ranges = row[len(LASER_HEADER) :]
+        found[tick] = LaserScan(time, ranges, start, increment, nearest, farthest, Pose2D(*place))
     return found
 
 
-def _feet(path: Path) -> dict[tuple[int, str], dict[int, float]]:
+def _detections(
+    table: Table, feet: Mapping[Image, Mapping[int, float]], seats: Mapping[Image, tuple[str, ...]]
+) -> dict[Image, Detections]:
+    """Gather the boxes of each frame, as the detector ordered them, with known feet and the seats seen empty."""
+    frames: dict[Image, list[list[float]]] = {image: [] for image in seats}
+    boxes = table.numbers(*DETECTIONS_HEADER[2:]).tolist()
+    for tick, camera, box in zip(table.ticks().tolist(), table.words("camera"), boxes, strict=True):
+        frames.setdefault((tick, camera), []).append(box)
+    found = {}
+    for image, rows in frames.items():
+        known, of_frame = feet.get(image, {}), np.array(rows).reshape(-1, len(DETECTIONS_HEADER) - 2)
+        ends = np.array([known.get(number, math.nan) for number in range(len(rows))])
+        found[image] = Detections(
+            of_frame[:, :4], of_frame[:, 4], of_frame[:, 5], feet=ends, empty_seats=seats.get(image, ())
+        )
+    return found
+
+
+def _empty_seats(table: Table) -> dict[Image, tuple[str, ...]]:
+    found: dict[Image, tuple[str, ...]] = {}
+    for tick, camera, seat in zip(table.ticks().tolist(), table.words("camera"), table.words("seat"), strict=True):
+        found[tick, camera] = (*found.get((tick, camera), ()), seat)
+    return found
+
+
+def _feet(table: Table) -> dict[Image, dict[int, float]]:
     """Gather the rows of known feet [px] of each frame, by the number of their box."""
-    frames: dict[tuple[int, str], dict[int, float]] = {}
-    parsed = _rows(path, FEET_HEADER, lambda row: (row["camera"], int(row["detection"]), float(row["row"])))
-    for tick, (camera, number, row) in parsed:
+    frames: dict[Image, dict[int, float]] = {}
+    ends, numbers = table.numbers("row")[:, 0].tolist(), table.whole_numbers("detection").tolist()
+    for tick, camera, number, row in zip(table.ticks().tolist(), table.words("camera"), numbers, ends, strict=True):
         frames.setdefault((tick, camera), {})[number] = row
     return frames
 
 
-def _truths(path: Path, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:
+def _truths(table: Table, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:
     """Read the trace; a true person's velocity is that of the track with their number, where there is one."""
-
-    def truth(row: Row) -> Truth:
-        time = float(row["time"])
-        velocities = {track.id: track.state[2:] for track in tracks.get(round(time / CONTROL_PERIOD), ())}
-        people = tuple(
-            TruePerson(
-                person.name,
-                Pose2D(*_numbers(row, *(f"{person.name}.{name}" for name in ("x", "y", "yaw")))),
-                np.array(velocities.get(number, (0.0, 0.0))),
-                Posture(row[f"{person.name}.posture"]),
-            )
-            for number, person in enumerate(world.people)
+    people = [_person(table, person.name, number, tracks) for number, person in enumerate(world.people)]
+    robots = table.numbers(*(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega"))).tolist()
+    times, ticks = table.numbers("time")[:, 0].tolist(), table.ticks().tolist()
+    if ticks != list(range(len(ticks))) or not ticks:
+        raise BadInputError(
+            f"{table.path}: its times are not 0, {CONTROL_PERIOD:g}, ... s; a row per tick would be right"
         )
-        robot = _numbers(row, *(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega")))
-        return Truth(time, Pose2D(*robot[:3]), Twist2D(*robot[3:]), people)
+    return tuple(
+        Truth(time, Pose2D(*robot[:3]), Twist2D(*robot[3:]), tuple(person[tick] for person in people))
+        for tick, (time, robot) in enumerate(zip(times, robots, strict=True))
+    )
 
-    rows = list(_rows(path, ("time", "robot.x", *(f"{person.name}.x" for person in world.people)), truth))
-    if [tick for tick, _ in rows] != list(range(len(rows))) or not rows:
-        raise BadInputError(f"{path}: its times are not 0, {CONTROL_PERIOD:g}, ... s; a row per tick would be right")
-    return tuple(one for _, one in rows)
+
+def _person(table: Table, name: str, number: int, tracks: Mapping[int, Sequence[TrackRow]]) -> list[TruePerson]:
+    """Return a true person at every tick."""
+    poses = table.numbers(*(f"{name}.{axis}" for axis in ("x", "y", "yaw"))).tolist()
+    found = []
+    for tick, (pose, word) in enumerate(zip(poses, table.words(f"{name}.posture"), strict=True)):
+        velocity = next((track.state[2:] for track in tracks.get(tick, ()) if track.id == number), (0.0, 0.0))
+        try:
+            found.append(TruePerson(name, Pose2D(*pose), np.array(velocity), Posture(word)))
+        except ValueError as error:
+            raise table.unreadable(tick, str(error)) from error
+    return found

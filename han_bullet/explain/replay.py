@@ -82,7 +82,7 @@ class RecordedLocalization(Localization):
     """
 
     def __init__(self, run: RecordedRun) -> None:
-        self.name = str(run.settings["localization"])
+        self.name = str(run.result.localization)
         self._poses = run.poses
 
     def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
@@ -138,10 +138,10 @@ def replay(run: RecordedRun, time: float) -> Replay:
 
 
 def _stack(run: RecordedRun) -> NavigationStack:
-    world, settings = run.world, run.settings
+    world, result = run.world, run.result
     tracker: PeopleTracker
     if run.sees:
-        tracker = build_tracker(world, settings["association"])
+        tracker = build_tracker(world, str(result.association))
     else:
         seated = {p.name: p.behaviour.on for p in world.people if isinstance(p.behaviour, Sit)}
         tracker = TruthTracker(iter(run.truths).__next__, seated)
@@ -150,9 +150,9 @@ def _stack(run: RecordedRun) -> NavigationStack:
         localization=RecordedLocalization(run),
         detector=RecordedDetector(run) if run.sees else NoDetector(),
         tracker=tracker,
-        without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
-        pass_side=settings["pass"],
-        devices=known_devices(world, settings["device_session"]),
+        without=[layer.name for layer in STANDARD if layer.name not in result.layers],
+        pass_side=result.pass_side,
+        devices=known_devices(world, result.device_session),
     )
 
 
@@ -163,7 +163,7 @@ def _observation(run: RecordedRun, number: int) -> Observation:
     images = tuple(empty_image(camera, truth.time) for camera in due)
     messages = tuple(map(write_payload, run.messages.get(number, ())))
     nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
-    return Observation(truth.time, nowhere, None, images, messages)
+    return Observation(truth.time, nowhere, run.scans.get(number), images, messages)
 
 
 def _apart(people: Sequence[TrackedPerson], recorded: Sequence[TrackRow]) -> float:

@@ -8,7 +8,7 @@ from han_bullet.explain.explanation import LayerEffect, WayExplained
 
 # Shorter shifts are the grid's [m].
 NOTICED = 0.05
-BUILDING = ("static", "inflation")
+BUILDING = ("static", "obstacle", "inflation")
 
 
 def movers(way: WayExplained) -> list[LayerEffect]:
@@ -59,13 +59,16 @@ def details(effect: LayerEffect, way: WayExplained) -> str:
         told.insert(0, f"moves the way up to {abs(effect.shift.largest):.2f} m to the {side}")
         told[0] += f", {effect.shift.mean:.2f} m on average"
     if effect.way is not None and strength(effect) >= NOTICED:
-        with_it = f"{effect.cost_if_ignored:.2f} with it" if way.best is not None else "blocked with it"
-        told.append(f"the other way, {effect.length:.2f} m long, costs {effect.cost_without:.2f}, {with_it}")
+        counted = f"costs {effect.cost_if_ignored:.2f}" if way.best is not None else "is closed"
+        told.append(
+            f"the best way without it is {effect.length:.2f} m long, costs {effect.cost_without:.2f}, and {counted} if "
+            f"{effect.layer} counts"
+        )
     if effect.dearest is not None:
         (x, y), rise = effect.dearest
         told.append(f"it adds most, {rise}, at ({x:.1f}, {y:.1f}){_because(effect)}")
     if effect.sides != way.sides:
-        told.append(f"the other way has {sides_of(effect.sides) or 'nobody beside it'}")
+        told.append(f"the best way without it has {sides_of(effect.sides) or 'nobody beside it'}")
     return "; ".join(told)
 
 

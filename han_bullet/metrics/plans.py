@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from han_bullet.episode import Tick
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, arc_lengths, feet_on, points_at
 from han_bullet.metrics.perceived import distances_between
 from han_bullet.metrics.tally import Definition, Definitions, Tally, Value
 
@@ -73,15 +73,12 @@ def _ahead(way: Array, robot: Array) -> Array:
     """Return a way, (n, 2) [m], from its point nearest to the robot on, so that equal ways get equal points."""
     if len(way) < 2:
         return way
-    starts, steps = way[:-1], np.diff(way, axis=0)
-    shares = np.clip(((robot - starts) * steps).sum(axis=1) / np.maximum((steps**2).sum(axis=1), 1e-12), 0.0, 1.0)
-    feet = starts + shares[:, None] * steps
+    _, feet = feet_on(way, robot)
     nearest = int(np.hypot(*(feet - robot).T).argmin())
     return np.vstack([feet[nearest], way[nearest + 1 :]])
 
 
 def _resampled(way: Array) -> Array:
     """Return points of a way, (n, 2) [m], every SPACING from its beginning on; what is left at the end is dropped."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-    at = SPACING * np.arange(math.floor(along[-1] / SPACING + 1e-9) + 1)
-    return np.column_stack([np.interp(at, along, way[:, 0]), np.interp(at, along, way[:, 1])])
+    arcs = arc_lengths(way)
+    return points_at(SPACING * np.arange(math.floor(arcs[-1] / SPACING + 1e-9) + 1), way, arcs)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from han_bullet.report.run_files import Value
+from han_bullet.metrics.tally import Value
 from han_bullet.report.sweep_files import SweepRow
 
 Numbers = Sequence[float]

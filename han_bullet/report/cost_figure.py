@@ -27,7 +27,7 @@ RESOLUTION = 0.05  # [m], as the robot's costmap
 CONTOURS = (0.1, 0.25, 0.5, 0.75)
 CONTOUR_COLOURS = (BLACK, BLACK, "white", "white")  # dark on pale, pale on dark
 WALKING_SPEED = 1.0  # [m/s], as in the paper's figure
-UP, RIGHT = 0.5 * math.pi, 0.0  # [rad]
+UP = 0.5 * math.pi  # [rad]: which way everybody faces
 
 
 @dataclass(frozen=True)
@@ -37,34 +37,32 @@ class Case:
     Attributes:
         title: Of the panel.
         posture: Of the person.
-        heading: Direction faced [rad].
         layers: Applied in this order.
         hands_over: Whether an object is handed over.
     """
 
     title: str
     posture: Posture
-    heading: float
     layers: Sequence[Layer]
     hands_over: bool = False
 
     def scene(self) -> Scene:
         """Return a scene with this person in its middle."""
         speed = WALKING_SPEED if self.posture is Posture.WALKING else 0.0
-        velocity = speed * np.array([math.cos(self.heading), math.sin(self.heading)])
-        person = TrackedPerson(0, 0.0, np.zeros(2), velocity, 1e-6 * np.eye(4), self.posture, self.heading)
-        task = HandOver(np.zeros(2), person=0, heading=self.heading) if self.hands_over else None
+        velocity = speed * np.array([math.cos(UP), math.sin(UP)])
+        person = TrackedPerson(0, 0.0, np.zeros(2), velocity, 1e-6 * np.eye(4), self.posture, UP)
+        task = HandOver(np.zeros(2), person=0, heading=UP) if self.hands_over else None
         return Scene(0.0, (person,), task=task)
 
 
 def cases() -> list[Case]:
     """Return what the paper's figure shows, and a person who stands."""
     return [
-        Case("standing ($g_2$)", Posture.STANDING, UP, [PersonalStillLayer()]),
-        Case("hand-over", Posture.STANDING, RIGHT, [PersonalStillLayer()], hands_over=True),
-        Case("seated ($g_6$)", Posture.SEATED, UP, [PersonalStillLayer(), VisibilityLayer()]),
-        Case("walking ($g_1$)", Posture.WALKING, UP, [PersonalWalkingLayer()]),
-        Case("walking, overtaken ($g_7$)", Posture.WALKING, UP, [PersonalWalkingLayer(), OvertakeLayer()]),
+        Case("standing ($g_2$)", Posture.STANDING, [PersonalStillLayer()]),
+        Case("hand-over", Posture.STANDING, [PersonalStillLayer()], hands_over=True),
+        Case("seated ($g_6$)", Posture.SEATED, [PersonalStillLayer(), VisibilityLayer()]),
+        Case("walking ($g_1$)", Posture.WALKING, [PersonalWalkingLayer()]),
+        Case("walking, overtaken ($g_7$)", Posture.WALKING, [PersonalWalkingLayer(), OvertakeLayer()]),
     ]
 
 
@@ -90,7 +88,7 @@ def draw_costs() -> Figure:
         _draw_surface(surface, x, y, g)
         surface.set_title(f"({'abcde'[index]}) {case.title}", loc="center", pad=0.0)
         axes = figure.add_subplot(grid[1, index])
-        image = _draw_map(axes, x, y, g, case.heading)
+        image = _draw_map(axes, x, y, g)
         axes.set(xlabel="x [m]", ylabel="y [m]" if index == 0 else "")
         maps.append(axes)
     figure.colorbar(image, ax=maps, label="cost g", pad=0.01, aspect=20)
@@ -107,11 +105,11 @@ def _draw_surface(axes: Axes3D, x: Array, y: Array, g: Array) -> None:
     axes.set_box_aspect((1.0, 1.0, 0.55), zoom=1.08)
 
 
-def _draw_map(axes: Axes, x: Array, y: Array, g: Array, heading: float) -> QuadMesh:
+def _draw_map(axes: Axes, x: Array, y: Array, g: Array) -> QuadMesh:
     image = axes.pcolormesh(x, y, g, cmap=COSTS, vmin=0.0, vmax=1.0, rasterized=True, shading="nearest")
     lines = axes.contour(x, y, g, levels=CONTOURS, colors=CONTOUR_COLOURS, linewidths=0.8)
     axes.clabel(lines, fmt="%g", fontsize=6.5)
-    tip = (0.45 * math.cos(heading), 0.45 * math.sin(heading))
+    tip = (0.45 * math.cos(UP), 0.45 * math.sin(UP))
     arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", tip, (0.0, 0.0), arrowprops=arrow)
     axes.plot(0.0, 0.0, "o", color="white", markeredgecolor=BLACK, markersize=4)

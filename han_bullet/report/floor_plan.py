@@ -29,7 +29,7 @@ def draw_floor_plan(axes: Axes, world: World, *, cameras: bool = True, names: bo
         corner, size = (area.x[0], area.y[0]), (area.x[1] - area.x[0], area.y[1] - area.y[0])
         axes.add_patch(Rectangle(corner, *size, color="#fbfbf8", zorder=0, linewidth=0))
     devices = {device.name for device in world.devices}
-    for box in world.solid_boxes():
+    for box in world.all_boxes():
         colour = WALL if box.kind == "wall" or box.name in devices else FURNITURE
         rim = WALL if box.kind == "wall" or box.name in devices else FURNITURE_RIM
         axes.add_patch(

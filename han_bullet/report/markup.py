@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import base64
 import html
+import itertools
+import re
 from collections.abc import Iterable, Sequence
 
-_VOID = {"img", "meta"}
+_VOID = {"img", "meta", "wbr"}
+_JOINTS = re.compile(r"(?<=[+/:_])")  # after which a long name may go on in the next line
 
 
 class Html(str):
@@ -53,6 +56,11 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1
 def explained(name: str, definition: str) -> Html:
     """Return a term with its definition, shown when pointed at."""
     return element("abbr", name, title=definition)
+
+
+def breakable(name: str) -> Html:
+    """Return a name that may be broken at its joints where there is little room."""
+    return together(itertools.chain.from_iterable((element("wbr"), part) for part in _JOINTS.split(name)))
 
 
 def more(summary: str, *children: str) -> Html:

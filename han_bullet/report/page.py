@@ -32,7 +32,9 @@ a { color: var(--accent); }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .3rem .75rem .3rem 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 th { color: var(--pale); font-weight: 600; border-bottom: 2px solid var(--line); vertical-align: bottom; }
-th.n, td.n { text-align: right; padding-left: .75rem; white-space: nowrap; }
+th.n, td.n { text-align: right; padding-left: .75rem; }
+td.n > span { white-space: nowrap; display: inline-block; }
+td.w { overflow-wrap: break-word; }
 abbr { text-decoration: underline dotted var(--pale); cursor: help; white-space: nowrap; }
 figure { margin: 1rem 0; }
 figure img, video { max-width: 100%; height: auto; display: block; }

@@ -16,11 +16,11 @@ from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.report.run_files import PersonWay, Run, Trace
+from han_bullet.world_schema import World
 
 MARK_EVERY = 5.0  # [s] along the ways
 WIDTH = 11.0  # [inch]; text of 9 points stays readable where the page shows it narrower
 ZONE_TINTS = {"intimate": "#f6ded2", "personal": "#faeee4", "social": "#fbf8ee"}
-PASSING = 0.75  # [m] between centres, which passing robots are to keep [Mateus2019]
 FARTHEST_SHOWN = 5.0  # [m]
 DEFAULT_ROBOT_RADIUS = 0.3  # [m], where the world is not known
 
@@ -103,6 +103,7 @@ def draw_encounters(run: Run) -> bytes:
         distance, speed = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
         distance.set_xlim(trace.time[0], max(trace.time[-1], 1.0))
         _draw_zones(distance, radius)
+        _draw_expected(distance, run)
         for index, (person, row) in enumerate(zip(trace.people, trace.distances(), strict=True)):
             nearest = int(row.argmin())
             distance.plot(trace.time, row, color=person_colour(index), label=person.name)
@@ -127,10 +128,27 @@ def _draw_zones(axes: Axes, robot_radius: float) -> None:
         axes.axhspan(below, top, color=tint, linewidth=0, zorder=0)
         below = top
         axes.text(0.003, top - 0.03, name, transform=axes.get_yaxis_transform(), va="top", fontsize=7, color=GREY)
-    axes.axhline(PASSING, color=BLACK, linewidth=0.8, linestyle="--")
     axes.axhline(touch, color=BLACK, linewidth=0.8)
-    write_beside(axes, "0.75 m, to be kept in passing", (0.07 * axes.get_xlim()[1], PASSING), (0.0, 2.0), align="left")
     write_beside(axes, "bodies touch", (0.07 * axes.get_xlim()[1], touch), (0.0, -8.0), align="left")
+
+
+def expected_distance(world: World, person: str) -> float | None:
+    """Return the least distance to a person [m] that a world expects; None where it expects none."""
+    about = ("minimum_distance", f"minimum_distance.{person}")
+    return max((e.at_least for e in world.expectations if e.metric in about and e.at_least is not None), default=None)
+
+
+def _draw_expected(axes: Axes, run: Run) -> None:
+    """Draw the least distances that the world expects, with those to whom they are to be kept."""
+    kept: dict[float, list[str]] = {}
+    for person in run.trace.people:
+        least = None if run.world is None else expected_distance(run.world, person.name)
+        if least is not None:
+            kept.setdefault(least, []).append(person.name)
+    for least, names in kept.items():
+        axes.axhline(least, xmin=0.06, color=BLACK, linewidth=0.8, linestyle="--")  # beside the name of a zone
+        words = f"{least:g} m expected from {', '.join(names)}"
+        write_beside(axes, words, (0.07 * axes.get_xlim()[1], least), (0.0, 2.0), align="left")
 
 
 def _draw_moments(charts: Sequence[Axes], moments: Mapping[str, float]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.costmap.layers import STANDARD
+from han_bullet.metrics.tally import Value
 from han_bullet.mirroring import OTHER_SIDE
 from han_bullet.report.film_still import middle_picture
 from han_bullet.report.markup import (
@@ -23,8 +24,9 @@ from han_bullet.report.markup import (
 )
 from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
-from han_bullet.report.run_files import CheckEntry, MetricEntry, ResultFile, Run, Value, read_run
+from han_bullet.report.run_files import Run, read_run
 from han_bullet.report.run_moments import position_errors
+from han_bullet.run_folder import CheckEntry, MetricEntry, ResultFile
 
 LARGEST_EMBEDDED = 12 * 2**20  # [B] of a video; a third more as text, which browsers still open at once
 KEY_METRICS = (
@@ -121,7 +123,7 @@ def _in_words(expected: str) -> str:
 
 
 def _ways(run: Run) -> Html:
-    note = [] if run.world else [paragraph("The run's folder has no world.yaml, so no map is drawn.", class_="note")]
+    note = [] if run.world else [paragraph(f"No map is drawn: {run.no_map}.", class_="note")]
     people = ", ".join(person.name for person in run.trace.people) or "nobody"
     alternative = f"Map with the ways of the robot, of {people}, and of the tracks"
     caption = (

@@ -7,23 +7,27 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from han_bullet.costmap.grid import SOCIAL_MAX, Costmap
+from han_bullet.costmap.interaction import InteractionLayer
+from han_bullet.costmap.layers import layer_parameters
 from han_bullet.episode import Hook, Tick
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import Posture
 from han_bullet.metrics.passing import LEVEL_WITHIN
+from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, COSTS, ROBOT, SKY
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.runner import RunOptions, run_world
-from han_bullet.topdown import BODY_RADIUS, extent
+from han_bullet.topdown import extent
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -66,7 +70,8 @@ def draw_simulation(world_name: str) -> Figure:
         axes.set_xlabel("x [m]")
     for axes in charts[:, 0]:
         axes.set_ylabel("y [m]")
-    figure.legend(*charts[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    handles = charts[0, 0].get_legend_handles_labels()[0] + _watched(film.ticks[-1])
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     figure.colorbar(image, ax=list(charts.ravel()), label="cost g; black: bodies", pad=0.01, aspect=20 * rows)
     return figure
 
@@ -118,6 +123,14 @@ def _devices(tick: Tick, last: Tick) -> str:
     return "".join(f", {name} {'on' if on else 'off'}" for (name, on), (_, ends_on) in states if ends_on)
 
 
+def _watched(last: Tick) -> list[Patch]:
+    """Explain the discs between viewers and devices that are on in the end, in the colour of their cost."""
+    names = [name for name, on in last.truth.devices_on if on]
+    gamma = layer_parameters(InteractionLayer)["gamma"]
+    words = f"disc: between viewer and {' or '.join(names)} while it is on"
+    return [Patch(color=colormaps[COSTS](gamma), label=words)] if names else []
+
+
 def _draw_moment(axes: Axes, world: World, tick: Tick, ticks: Sequence[Tick]) -> AxesImage:
     draw_floor_plan(axes, world, cameras=False, names=False)
     image = _draw_costs(axes, tick.decision.costmap)
@@ -127,7 +140,7 @@ def _draw_moment(axes: Axes, world: World, tick: Tick, ticks: Sequence[Tick]) ->
     if tick.decision.path is not None:
         axes.plot(*tick.decision.path.points_in_world.T, color=ROBOT, linewidth=1.8, zorder=5, label="planned path")
     for person in tick.truth.people:
-        _draw_body(axes, person.pose_in_world, BODY_RADIUS, "white")
+        _draw_body(axes, person.pose_in_world, PERSON_RADIUS, "white")
         x, y = person.pose_in_world.position
         label = axes.text(x, y + ABOVE_BODY, person.name, ha="center", fontsize=7.5, color=BLACK, zorder=5.5)
         label.set_path_effects([withStroke(linewidth=2.0, foreground="white")])

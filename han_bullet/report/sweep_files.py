@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from han_bullet.assumptions import JOINT
 from han_bullet.errors import BadInputError, HanError
-from han_bullet.report.run_files import Value
+from han_bullet.metrics.tally import Value
 
-METRIC = "metric."
 USUAL_BASELINE = "cameras"
 
 
@@ -45,6 +45,11 @@ class SweepRow:
     git_commit: str
     world_sha256: str
     metrics: dict[str, Value]
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Tell whether the world's mirror image was run."""
+        return "mirrored" in JOINT.split(self.variant)
 
     def people_values(self, name: str) -> list[Value]:
         """Return the values of a metric, of one without a person, or of all people or devices that have it."""
@@ -121,18 +126,18 @@ def read_sweep(folder: Path) -> Sweep:
         HanError: pyarrow is not installed.
     """
     try:
-        from han_bullet.sweep_rows import read_rows
+        from han_bullet.sweep_rows import METRIC, read_rows
     except ModuleNotFoundError as error:
         raise HanError("the report of a sweep needs pyarrow; install han_bullet[sweep]") from error
     try:
-        rows = _rows(read_rows(folder).to_pylist())
+        rows = _rows(read_rows(folder).to_pylist(), METRIC)
     except (KeyError, TypeError, ValueError) as error:
         raise BadInputError(f"{folder}: rows without the columns of a sweep ({error!r})") from error
     by_run = {(row.world, row.variant, row.seed): row for row in rows}
     return Sweep(folder, tuple(by_run[key] for key in sorted(by_run)))
 
 
-def _rows(documents: Iterable[dict[str, Any]]) -> list[SweepRow]:
+def _rows(documents: Iterable[dict[str, Any]], prefix: str) -> list[SweepRow]:
     return [
         SweepRow(
             world=str(row["world"]),
@@ -147,9 +152,9 @@ def _rows(documents: Iterable[dict[str, Any]]) -> list[SweepRow]:
             git_commit=str(row["git_commit"] or "unknown"),
             world_sha256=str(row["world_sha256"] or ""),
             metrics={
-                name.removeprefix(METRIC): value
+                name.removeprefix(prefix): value
                 for name, value in row.items()
-                if name.startswith(METRIC) and value is not None
+                if name.startswith(prefix) and value is not None
             },
         )
         for row in documents

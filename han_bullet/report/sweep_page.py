@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,22 +13,24 @@ import numpy as np
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.errors import BadInputError
-from han_bullet.report.markup import Html, captioned, element, more, paragraph, picture, table, together
+from han_bullet.report.markup import Html, breakable, captioned, element, more, paragraph, picture, table, together
 from han_bullet.report.page import Section, page
-from han_bullet.report.run_charts import DEFAULT_ROBOT_RADIUS
 from han_bullet.report.run_files import Trace, find_map, read_trace
 from han_bullet.report.sweep_charts import draw_all_ways, draw_minimum_distances, draw_small_map
 from han_bullet.report.sweep_files import Sweep, SweepRow, read_sweep
 from han_bullet.report.sweep_tables import SCALED, comparison, overview, sensitivity
+from han_bullet.world_schema import World
 
-MOST_SMALL_MAPS = 60  # of failures; each is some 15 kB of the page
+Maps = dict[tuple[str, bool], tuple[World | None, str]]  # by world and whether mirrored: the map, or None and why
+
+MOST_SMALL_MAPS = 4  # of failures, of each world and variant
 COMPARISON_NOTE = (
     "Both variants ran the same seeds, so differences are taken seed by seed. Intervals are 95 % bootstrap intervals "
     "over pairs (BCa, 10 000 resamples, fixed random seed) of the mean difference and of the ratio of the means; none "
-    "is given below five pairs, nor for a ratio whose baseline has zeros. “better” and “worse” stand where the "
-    "interval leaves zero out. Where nothing differs but by chance, about one interval in twenty does so with twenty "
-    "pairs, one in ten with ten, and one in six with five. A figure counts the seeds that have it in both; pp are "
-    "percentage points."
+    "is given below six pairs, where chance alone would leave zero out too often, nor for a ratio whose baseline has "
+    "zeros. “better” and “worse” stand where the interval leaves zero out. Where nothing differs but by chance, about "
+    "one interval in twenty does so with twenty pairs, and one in ten with ten. A figure counts the seeds that have it "
+    "in both; pp are percentage points."
 )
 
 
@@ -49,13 +52,13 @@ def write_sweep_page(folder: Path, baseline: str | None = None) -> Path:
 
 def sweep_page(sweep: Sweep, baseline: str) -> bytes:
     """Return the page of a sweep, its variants compared with a baseline."""
-    table_of_assumptions = sensitivity(sweep)
+    table_of_assumptions, maps = sensitivity(sweep), _maps(sweep)
     sections = [
         Section("comparisons", f"Compared with {baseline}", _comparisons(sweep, baseline)),
         *([Section("assumptions", "Assumptions", _assumptions(table_of_assumptions))] if table_of_assumptions else []),
-        Section("distances", "How near the robot came", _distances(sweep)),
-        Section("ways", "All ways", _all_ways(sweep)),
-        Section("failures", "Runs that did not meet everything", _failures(sweep)),
+        Section("distances", "How near the robot came", _distances(sweep, maps)),
+        Section("ways", "All ways", _all_ways(sweep, maps)),
+        Section("failures", "Runs that did not meet everything", _failures(sweep, maps)),
         Section("provenance", "Where this comes from", _provenance(sweep)),
     ]
     seeds = len({row.seed for row in sweep.rows})
@@ -111,33 +114,40 @@ def _assumptions(rows: Html) -> Html:
     return together([paragraph(note, class_="note"), rows])
 
 
-def _distances(sweep: Sweep) -> Html:
+def _distances(sweep: Sweep, maps: Maps) -> Html:
     parts = []
     for world in sweep.worlds:
-        drawn = draw_minimum_distances(sweep, world, _robot_radius(sweep, world))
+        known = next((found for (name, _), (found, _) in maps.items() if name == world and found is not None), None)
+        drawn = draw_minimum_distances(sweep, world, known)
         if drawn is not None:
             alternative = f"Minimum distance to each person in {world}, by variant"
             parts.append(captioned(picture(drawn, alternative), f"{world}: one mark per run."))
     return together(parts)
 
 
-def _robot_radius(sweep: Sweep, world: str) -> float:
-    """Return the radius of a world's robot [m], from the first run whose copy of the world is left."""
-    rows = (row for row in sweep.rows if row.world == world)
-    known = (found for row in rows if (found := find_map(sweep.folder / row.folder)) is not None)
-    return next((found.robot.radius for found in known), DEFAULT_ROBOT_RADIUS)
+def _maps(sweep: Sweep) -> Maps:
+    """Return each world, and each mirrored one, as the first run had it that left a copy; or why there is none."""
+    found: Maps = {}
+    for world, mirrored in itertools.product(sweep.worlds, (False, True)):
+        rows = (row for row in sweep.rows if row.world == world and row.is_mirrored == mirrored)
+        folders = [sweep.folder / row.folder for row in rows]
+        if folders:
+            left = (folder for folder in folders if (folder / "world.yaml").is_file())
+            found[world, mirrored] = find_map(next(left, folders[0]))
+    return found
 
 
-def _all_ways(sweep: Sweep) -> Html:
+def _all_ways(sweep: Sweep, maps: Maps) -> Html:
     parts = []
     for world in sweep.worlds:
         figures = []
         for variant in sweep.variants:
             runs = list(_with_traces(sweep, sweep.of(world, variant)))
             if runs:
-                drawn = draw_all_ways(find_map(sweep.folder / runs[0][0].folder), runs)
+                known, why_not = maps[world, runs[0][0].is_mirrored]
                 alternative = f"Ways of all seeds of {variant} in {world}"
-                figures.append(captioned(picture(drawn, alternative), f"{variant}: {len(runs)} runs"))
+                caption = f"{variant}: {len(runs)} runs" + (f"; no map: {why_not}" if known is None else "")
+                figures.append(captioned(picture(draw_all_ways(known, runs), alternative), caption))
         parts += [element("h3", world), element("div", *figures, class_="pairs")]
     note = "Blue: the robot; vermilion and dashed where the run did not meet everything. Other colours: people."
     return together([paragraph(note, class_="note"), *parts])
@@ -159,27 +169,32 @@ def _trace_of(sweep: Sweep, row: SweepRow) -> Trace | None:
     return trace if len(trace.time) else None
 
 
-def _failures(sweep: Sweep) -> Html:
+def _failures(sweep: Sweep, maps: Maps) -> Html:
     failed = [row for row in sweep.rows if row.error or not row.passed]
     if not failed:
         return paragraph("None.")
-    rows = [_failure(sweep, row, drawn=index < MOST_SMALL_MAPS) for index, row in enumerate(failed)]
+    drawn: Counter[tuple[str, str]] = Counter()
+    rows = []
+    for row in failed:
+        cell = row.world, row.variant
+        drawn[cell] += 1
+        ways = _small_map(sweep, row, maps[row.world, row.is_mirrored][0]) if drawn[cell] <= MOST_SMALL_MAPS else ""
+        link = element("a", breakable(row.folder), href=quote(row.folder) + "/")
+        ended = f"error: {row.error}" if row.error else row.outcome
+        rows.append([*map(breakable, cell), str(row.seed), ended, row.failed, link, ways])
     headings = ("world", "variant", "seed", "ended as", "not met", "folder", "ways")
-    note = f"Maps are drawn of the first {MOST_SMALL_MAPS}." if len(failed) > MOST_SMALL_MAPS else ""
-    return together([table(headings, rows, words=7), paragraph(note, class_="note")])
+    note = "Vermilion and dashed: the robot; other colours: people; dots where they end."
+    if max(drawn.values()) > MOST_SMALL_MAPS:
+        note += f" Of each world and variant the first {MOST_SMALL_MAPS} failures have a map."
+    return together([paragraph(note, class_="note"), table(headings, rows, words=7)])
 
 
-def _failure(sweep: Sweep, row: SweepRow, drawn: bool) -> list[str]:
-    trace = _trace_of(sweep, row) if drawn else None
-    ways: str = ""
-    if trace is not None:
-        ways = picture(
-            draw_small_map(find_map(sweep.folder / row.folder), trace),
-            f"Ways of {row.world}, {row.variant}, seed {row.seed}",
-        )
-    link = element("a", row.folder, href=quote(row.folder) + "/")
-    ended = f"error: {row.error}" if row.error else row.outcome
-    return [row.world, row.variant, str(row.seed), ended, row.failed, link, ways]
+def _small_map(sweep: Sweep, row: SweepRow, known: World | None) -> str:
+    """Return a picture of a run's ways; nothing where its trace is not there."""
+    trace = _trace_of(sweep, row)
+    if trace is None:
+        return ""
+    return picture(draw_small_map(known, row, trace), f"Ways of {row.world}, {row.variant}, seed {row.seed}")
 
 
 def _provenance(sweep: Sweep) -> Html:

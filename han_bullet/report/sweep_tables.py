@@ -6,21 +6,29 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from han_bullet.assumptions import JOINT
 from han_bullet.paired_statistics import Comparison, compare, share_interval
 from han_bullet.report.compared import COMPARED, Figure, minimum_distances
-from han_bullet.report.markup import Html, element, explained, paragraph, table, together
+from han_bullet.report.markup import Html, breakable, element, explained, paragraph, table, together
 from han_bullet.report.sweep_files import Sweep, SweepRow
 
-SCALED = re.compile(r"scale:(?P<name>[^*+]+)\*(?P<factor>[0-9.eE+-]+)")
+SCALED = re.compile(r"scale:(?P<name>[^*+]+)\*(?P<factor>[0-9.]+(?:[eE][+-]?[0-9]+)?)")
 
 
 def overview(sweep: Sweep) -> Html:
-    """Return the table of passed runs, world by variant."""
+    """Return the table of passed runs by world and variant; of whichever there are fewer, each has a column."""
     variants = [variant for variant in sweep.variants if not SCALED.search(variant)]
-    rows = [[world, *(_passed(sweep.of(world, variant)) for variant in variants)] for world in sweep.worlds]
-    if len(sweep.worlds) > 1:
-        rows.append(["all", *(_passed([r for r in sweep.rows if r.variant == variant]) for variant in variants)])
-    return table(("world", *variants), rows)
+    worlds = list(sweep.worlds)
+    cells: dict[tuple[str, str], Html] = {}
+    for variant in variants:
+        cells |= {(world, variant): _passed(sweep.of(world, variant)) for world in worlds}
+        cells["all", variant] = _passed([row for row in sweep.rows if row.variant == variant])
+    worlds += ["all"] if len(worlds) > 1 else []
+    if len(worlds) < len(variants):
+        rows = [[breakable(variant), *(cells[world, variant] for world in worlds)] for variant in variants]
+        return table(("variant", *map(breakable, worlds)), rows)
+    rows = [[breakable(world), *(cells[world, variant] for variant in variants)] for world in worlds]
+    return table(("world", *map(breakable, variants)), rows)
 
 
 def _passed(rows: Sequence[SweepRow]) -> Html:
@@ -30,7 +38,8 @@ def _passed(rows: Sequence[SweepRow]) -> Html:
     passed = sum(row.passed and row.error is None for row in rows)
     count = element("span", f"{passed} of {len(rows)}", class_="good" if passed == len(rows) else "bad")
     within = share_interval(passed, len(rows))
-    return together([count, element("span", f" ({within.low:.0%} to {within.high:.0%})", class_="note")])
+    between = element("span", f"({within.low:.0%} to {within.high:.0%})", class_="note")
+    return together([count, " ", between])
 
 
 def comparison(sweep: Sweep, world: str, variant: str, baseline: str) -> Html:
@@ -43,7 +52,8 @@ def comparison(sweep: Sweep, world: str, variant: str, baseline: str) -> Html:
             equal.append(f"{figure.label} ({_shown(figure, found.mean)})")
         elif found is not None:
             rows.append(_comparison_row(figure, found))
-    headings = ("", "pairs", variant, baseline, "mean difference", "95 % interval", "ratio", "95 % interval", "")
+    names = (breakable(variant), breakable(baseline))
+    headings = ("", "pairs", *names, "mean difference", "95 % interval", "ratio", "95 % interval", "")
     parts = [table(headings, rows)] if rows else []
     parts += [paragraph(f"Equal in every pair (mean): {'; '.join(equal)}.", class_="note")] if equal else []
     return together(parts) or paragraph("No seed has been run in both variants yet.", class_="note")
@@ -113,7 +123,7 @@ def assumptions(variants: Sequence[str]) -> list[Assumption]:
     """Return the variants that scale one assumption, `scale:NAME*FACTOR`."""
     found = []
     for variant in variants:
-        words = variant.split("+")
+        words = JOINT.split(variant)
         scaled = [(word, match) for word in words if (match := SCALED.fullmatch(word))]
         if len(scaled) == 1:
             ((word, match),) = scaled
@@ -134,6 +144,6 @@ def sensitivity(sweep: Sweep) -> Html | None:
             variants = {a.factor: a.variant for a in found if (a.name, a.unchanged) == (name, unchanged)}
             if any(sweep.of(world, variant) for variant in variants.values()):
                 cells = [sweep.of(world, (variants | {1.0: unchanged}).get(factor, "")) for factor in factors]
-                rows.append([world, name, unchanged, *(_passed(cell) for cell in cells)])
+                rows.append([*map(breakable, (world, name, unchanged)), *map(_passed, cells)])
     headings = ("world", "assumption", "else as", *("unchanged" if f == 1.0 else f"× {f:g}" for f in factors))
     return table(headings, rows, words=3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import pybullet
 
@@ -16,12 +16,15 @@ from han_bullet.sim.room_surfaces import (
     SCREEN_DARK,
     SCREEN_LIT,
     SCREEN_TEXTURE,
+    Material,
     device_boxes,
     furniture_boxes,
+    plain_furniture,
     room_surfaces,
     screen,
 )
 from han_bullet.sim.scene_state import DevicesOn, RobotPosture
+from han_bullet.sim.surfaces import Surface
 from han_bullet.world_schema import World
 
 Meshes = Sequence[Mesh]
@@ -39,7 +42,7 @@ class DrawnScene:
         self._world = world
         self._client: int = pybullet.connect(pybullet.DIRECT)
         try:
-            self._room = self._load_room()
+            self._room, self._fleeting = self._load_room()
             self._screens = self._load_screens()
             self._people = [self._load_person(person.build, person.outfit) for person in world.people]
             self._robot = RobotModel(self._client, world.robot.urdf, world.robot.start_pose_in_world, fixed=True)
@@ -48,9 +51,10 @@ class DrawnScene:
             self.close()
             raise
 
-    def room(self, devices_on: DevicesOn) -> Meshes:
-        """Return the building, with the devices in a state."""
-        return [*self._room, *(self._screens[device, on] for device, on in devices_on)]
+    def room(self, devices_on: DevicesOn, taken_away: Collection[str] = ()) -> Meshes:
+        """Return the building, with the devices in a state and without the furniture that is taken away."""
+        fleeting = [mesh for name, meshes in self._fleeting.items() if name not in taken_away for mesh in meshes]
+        return [*self._room, *fleeting, *(self._screens[device, on] for device, on in devices_on)]
 
     def people(self, body_poses: Sequence[BodyPose]) -> list[Meshes]:
         """Pose the people and return each one's body, in the order of the world."""
@@ -67,16 +71,21 @@ class DrawnScene:
         """Close the client; nothing can be drawn after that."""
         pybullet.disconnect(physicsClientId=self._client)
 
-    def _load_room(self) -> list[Mesh]:
-        meshes = [
-            painted(surface, None if material.texture is None else texture_path(material.texture), material.colour)
-            for material, surface in room_surfaces(self._world).items()
-        ]
+    def _load_room(self) -> tuple[list[Mesh], dict[str, Meshes]]:
+        """Return what stays, and by name the furniture that does not."""
+        stays = [_painted(*pair) for pair in room_surfaces(self._world).items()]
+        fleeting: dict[str, Meshes] = {}
         for box, piece in zip(furniture_boxes(self._world), self._world.furniture, strict=True):
+            meshes: Meshes = ()
             if piece.urdf is not None:
-                body = load_furniture(self._client, piece.urdf, box)
-                meshes.extend(JointedBody(self._client, body).meshes_in_world())
-        return meshes
+                meshes = JointedBody(self._client, load_furniture(self._client, piece.urdf, box)).meshes_in_world()
+            elif piece.until is not None:
+                meshes = [_painted(*plain_furniture(box, piece))]
+            if piece.until is not None:
+                fleeting[piece.name] = meshes
+            else:
+                stays.extend(meshes)
+        return stays, fleeting
 
     def _load_screens(self) -> dict[tuple[str, bool], Mesh]:
         """Return the screens of the devices, off and on."""
@@ -90,3 +99,7 @@ class DrawnScene:
     def _load_person(self, build: str, outfit: int) -> tuple[Avatar, JointedBody]:
         avatar = Avatar(self._client, build, outfit)
         return avatar, JointedBody(self._client, avatar.body)
+
+
+def _painted(material: Material, surface: Surface) -> Mesh:
+    return painted(surface, None if material.texture is None else texture_path(material.texture), material.colour)

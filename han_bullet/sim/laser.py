@@ -38,6 +38,10 @@ class LaserScanner:
         self._angles: Array = self._angle_min + self._increment * np.arange(settings.ray_count, dtype=float)
         self._scanner_in_body = Pose2D(settings.forward, 0.0, 0.0)
 
+    def take_away(self, name: str) -> None:
+        """Let beams pass where a piece of furniture was."""
+        self._scene.take_away(name)
+
     def scan(self, time: float, pose_robot_in_world: Pose2D, people: Sequence[BodyPose]) -> LaserScan:
         """Sweep once.
 

@@ -12,7 +12,7 @@ from han_bullet.geometry import Array, SolidBox
 from han_bullet.sim.gait import BodyPose
 from han_bullet.sim.legs import leg_bones
 from han_bullet.sim.skeleton import skeleton_of
-from han_bullet.wall_faces import boxes_with_doors
+from han_bullet.wall_faces import with_doors
 from han_bullet.world_schema import World
 
 
@@ -26,9 +26,14 @@ class RayScene:
     def __init__(self, world: World, height: float) -> None:
         """Keep what is at a height [m] above the floor."""
         self._height = height
-        self._rectangles = np.array([_rectangle(box) for box in boxes_with_doors(world) if _is_at(box, height)])
-        self._rectangles = self._rectangles.reshape(-1, 6)
+        self._boxes = [box for box in with_doors(world.all_boxes(), world.floor) if _is_at(box, height)]
+        self._rectangles = np.array([_rectangle(box) for box in self._boxes]).reshape(-1, 6)
         self._skeletons = [skeleton_of(person.build) for person in world.people]
+
+    def take_away(self, name: str) -> None:
+        """Let rays pass where a piece of furniture was."""
+        self._boxes = [box for box in self._boxes if box.name != name]
+        self._rectangles = np.array([_rectangle(box) for box in self._boxes]).reshape(-1, 6)
 
     def distances(self, origin: Array, angles: Array, people: Sequence[BodyPose]) -> Array:
         """Return how far the first surface is along each ray.

@@ -43,7 +43,7 @@ class Renderer:
         largest = max((3 * camera.size[0] * camera.size[1] for camera in world.cameras), default=1)
         self._noise = ImageNoise(world.image_noise, seed, largest)
         self._camera_index = {camera.name: index for index, camera in enumerate(world.cameras)}
-        self._backgrounds: dict[tuple[str, DevicesOn], Raster] = {}
+        self._backgrounds: dict[tuple[str, DevicesOn, tuple[str, ...]], Raster] = {}
 
     def render(self, camera_name: str, state: SceneState) -> Image:
         """Return the picture of one camera, shape (height, width, 3), RGB.
@@ -87,25 +87,25 @@ class Renderer:
         people = self._scene.people(state.people)
         if isinstance(camera, CeilingCamera):
             view = View(camera.intrinsics, camera.camera_in_world)
-            raster = self._background(camera, state.devices_on).copy()
+            raster = self._background(camera, state.devices_on, state.taken_away).copy()
             self._add(raster, self._scene.robot(state.robot), view)
         else:  # without the robot: its camera looks over the base from inside the head
             mount = (camera.forward, camera.height, camera.pitch_down)
             view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
-            raster = self._draw_room(view, state.devices_on)
+            raster = self._draw_room(view, state.devices_on, state.taken_away)
         for person in people:
             self._add(raster, person, view)
         return raster, view, people
 
-    def _background(self, camera: CeilingCamera, devices_on: DevicesOn) -> Raster:
-        key = (camera.name, devices_on)
+    def _background(self, camera: CeilingCamera, devices_on: DevicesOn, taken_away: tuple[str, ...] = ()) -> Raster:
+        key = (camera.name, devices_on, taken_away)
         if key not in self._backgrounds:
             view = View(camera.intrinsics, camera.camera_in_world)
-            self._backgrounds[key] = self._draw_room(view, devices_on)
+            self._backgrounds[key] = self._draw_room(view, devices_on, taken_away)
         return self._backgrounds[key]
 
-    def _draw_room(self, view: View, devices_on: DevicesOn) -> Raster:
-        raster = self._add(Raster.blank(view.intrinsics), self._scene.room(devices_on), view)
+    def _draw_room(self, view: View, devices_on: DevicesOn, taken_away: tuple[str, ...]) -> Raster:
+        raster = self._add(Raster.blank(view.intrinsics), self._scene.room(devices_on, taken_away), view)
         raster.fill_empty(_ceiling_colour(self._world.light))
         return raster
 

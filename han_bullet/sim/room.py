@@ -18,11 +18,14 @@ from han_bullet.sim.room_surfaces import (
     Material,
     device_boxes,
     furniture_boxes,
+    plain_furniture,
     room_surfaces,
     screen,
 )
 from han_bullet.sim.surfaces import Surface
 from han_bullet.world_schema import TV, World
+
+AWAY = [0.0, 0.0, -100.0]  # [m]
 
 
 class VisualRoom:
@@ -33,9 +36,14 @@ class VisualRoom:
         self._textures: dict[str, int] = {}
         for material, surface in room_surfaces(world).items():
             self._add(material, surface)
+        self._fleeting: dict[str, int] = {}
         for box, piece in zip(furniture_boxes(world), world.furniture, strict=True):
             if piece.urdf is not None:
-                load_furniture(client, piece.urdf, box)
+                body = load_furniture(client, piece.urdf, box)
+            elif piece.until is not None:
+                body = self._add(*plain_furniture(box, piece))
+            if piece.until is not None:
+                self._fleeting[piece.name] = body
         pairs = zip(world.devices, device_boxes(world), strict=True)
         self._screens = {tv.name: self._add_tv(tv, box) for tv, box in pairs}
 
@@ -44,6 +52,12 @@ class VisualRoom:
         for device, on in devices_on:
             colour = (*(SCREEN_LIT if on else SCREEN_DARK), 1.0)
             pybullet.changeVisualShape(self._screens[device], -1, rgbaColor=colour, physicsClientId=self._client)
+
+    def take_away(self, names: Iterable[str]) -> None:
+        """Let pieces of furniture vanish."""
+        for name in names:
+            body = self._fleeting[name]
+            pybullet.resetBasePositionAndOrientation(body, AWAY, [0.0, 0.0, 0.0, 1.0], physicsClientId=self._client)
 
     def _add_tv(self, tv: TV, box: SolidBox) -> int:
         return self._add(Material(SCREEN_TEXTURE, SCREEN_DARK), screen(tv, box))
@@ -98,7 +112,13 @@ class CollisionRoom:
     def __init__(self, client: int, boxes: Sequence[SolidBox]) -> None:
         ground = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
         pybullet.createMultiBody(0.0, ground, physicsClientId=client)
+        self._client = client
         self.bodies = {_collision_box(client, box): box for box in boxes}
+
+    def take_away(self, name: str) -> None:
+        """Put a piece of furniture out of everybody's way; its body stays, for ids must not change."""
+        (body,) = (body for body, box in self.bodies.items() if box.kind == "object" and box.name == name)
+        pybullet.resetBasePositionAndOrientation(body, AWAY, [0.0, 0.0, 0.0, 1.0], physicsClientId=self._client)
 
 
 def _collision_box(client: int, box: SolidBox) -> int:

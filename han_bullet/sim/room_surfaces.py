@@ -46,14 +46,15 @@ SCREEN_LIT = (1.0, 1.0, 1.0)
 
 
 def room_surfaces(world: World) -> dict[Material, Surface]:
-    """Return one mesh per material with all that never changes, but for furniture that has a URDF."""
+    """Return one mesh per material with all that never changes, but for furniture with a URDF or an end."""
     parts: dict[Material, list[Surface]] = defaultdict(list)
     for box, wall in zip(wall_boxes(world), world.walls, strict=True):
         for material, surface in _wall(box, wall, world.floor):
             parts[material].append(surface)
     for box, piece in zip(furniture_boxes(world), world.furniture, strict=True):
-        if piece.urdf is None:
-            parts[Material(piece.texture)].extend(_plain_furniture(box, piece))
+        if piece.urdf is None and piece.until is None:
+            material, surface = plain_furniture(box, piece)
+            parts[material].append(surface)
     for box in device_boxes(world):
         parts[CASING].extend(box_sides(box, with_bottom=True))
     for area in world.floor:
@@ -63,17 +64,17 @@ def room_surfaces(world: World) -> dict[Material, Surface]:
 
 def wall_boxes(world: World) -> tuple[SolidBox, ...]:
     """Return the walls as boxes, in their order."""
-    return world.solid_boxes()[: len(world.walls)]
+    return world.all_boxes()[: len(world.walls)]
 
 
 def furniture_boxes(world: World) -> tuple[SolidBox, ...]:
     """Return the furniture as boxes, in its order."""
-    return world.solid_boxes()[len(world.walls) :][: len(world.furniture)]
+    return world.all_boxes()[len(world.walls) :][: len(world.furniture)]
 
 
 def device_boxes(world: World) -> tuple[SolidBox, ...]:
     """Return the devices as boxes, in their order."""
-    return world.solid_boxes()[len(world.walls) + len(world.furniture) :]
+    return world.all_boxes()[len(world.walls) + len(world.furniture) :]
 
 
 def screen(tv: TV, box: SolidBox) -> Surface:
@@ -86,8 +87,9 @@ def screen(tv: TV, box: SolidBox) -> Surface:
     return stretched(rectangle(centre - 0.5 * (along + up), along, up))
 
 
-def _plain_furniture(box: SolidBox, piece: Furniture) -> list[Surface]:
-    return box_sides(box, with_bottom=piece.bottom > 0.0)
+def plain_furniture(box: SolidBox, piece: Furniture) -> tuple[Material, Surface]:
+    """Return how a piece of furniture without a URDF looks."""
+    return Material(piece.texture), joined(box_sides(box, with_bottom=piece.bottom > 0.0))
 
 
 def _floor(area: FloorArea) -> Surface:

@@ -35,6 +35,7 @@ class SceneState:
         robot: As it looks.
         people: In the order of the world file.
         devices_on: Name and state of each device.
+        taken_away: Names of the furniture that is no longer there.
     """
 
     time: float
@@ -42,3 +43,4 @@ class SceneState:
     robot: RobotPosture
     people: tuple[BodyPose, ...]
     devices_on: DevicesOn = ()
+    taken_away: tuple[str, ...] = ()

@@ -19,7 +19,7 @@ from han_bullet.sim.renderer import FrameSource, Image
 from han_bullet.sim.robot import MecanumRobot
 from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
-from han_bullet.sim.trigger import RobotNow
+from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.sim.viewer import Viewer
 from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
 
@@ -101,7 +101,8 @@ class Simulator:
     def render_state(self) -> SceneState:
         """Return what a picture taken now depends on."""
         people = tuple(person.body_pose for person in self._people)
-        return SceneState(self.truth_time, self._tick, self._robot.posture, people, self._truth.devices_on)
+        truth = self._truth
+        return SceneState(self.truth_time, self._tick, self._robot.posture, people, truth.devices_on, truth.taken_away)
 
     def close(self) -> None:
         """Close the physics and the window; the frame source stays open."""
@@ -129,7 +130,9 @@ class Simulator:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=PHYSICS_PERIOD, deterministicOverlappingPairs=1, physicsClientId=client
         )
-        room = CollisionRoom(client, self.world.solid_boxes())
+        self._room = room = CollisionRoom(client, self.world.all_boxes())
+        self._ends = {piece: StartSignal(piece.until) for piece in self.world.furniture if piece.until is not None}
+        self._taken_away: tuple[str, ...] = ()
         self._people = [Pedestrian(client, person, self.world) for person in self.world.people]
         self._robot = MecanumRobot(client, self.world.robot)
         self._devices = [Television(tv) for tv in self.world.devices]
@@ -150,6 +153,7 @@ class Simulator:
 
     def _step_physics(self) -> None:
         robot = self._robot_now()
+        self._take_away(robot)
         for device in self._devices:
             device.advance(robot)
         for person in self._people:
@@ -159,6 +163,15 @@ class Simulator:
         self._robot.measure()
         self._contacts.sample()
         self._step += 1
+
+    def _take_away(self, robot: RobotNow) -> None:
+        """Take away the furniture whose time has come."""
+        for piece in [piece for piece, end in self._ends.items() if end.given(robot, piece.position)]:
+            del self._ends[piece]
+            self._taken_away += (piece.name,)
+            self._room.take_away(piece.name)
+            if self._laser is not None:
+                self._laser.take_away(piece.name)
 
     def _robot_now(self) -> RobotNow:
         time, robot = self._step * PHYSICS_PERIOD, self._robot
@@ -173,6 +186,7 @@ class Simulator:
             tuple(person.truth for person in self._people),
             tuple((device.name, device.on) for device in self._devices),
             self._contacts.read(),
+            self._taken_away,
         )
 
     def _observe(self) -> Observation:

@@ -42,6 +42,7 @@ class Viewer:
     def show(self, state: SceneState) -> None:
         """Show a moment."""
         self._room.show_devices(state.devices_on)
+        self._room.take_away(state.taken_away)
         self._robot.place(state.robot)
         for avatar, body_pose in zip(self._people, state.people, strict=True):
             avatar.place(body_pose)

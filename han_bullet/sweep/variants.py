@@ -7,13 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from han_bullet.assumptions import ASSUMPTIONS, Scaled
+from han_bullet.assumptions import ASSUMPTIONS, JOINT, Scaled
 from han_bullet.camera_workers import DetectorChoice
-from han_bullet.costmap.layers import STANDARD
+from han_bullet.costmap.layers import layers_meant
 from han_bullet.errors import BadInputError
 from han_bullet.runner import RunOptions
 
-SAFETY = ("static", "inflation", "body")  # what any robot needs; the other layers are social
 EVERY_SCORE = -1e6  # below every score of ACF, whose scan gives a window up much sooner
 
 
@@ -34,14 +33,6 @@ class Word:
 
 def _always(value: Any) -> Callable[[str], Any]:
     return lambda _: value
-
-
-def _layers(name: str) -> tuple[str, ...]:
-    known = [layer.name for layer in STANDARD]
-    social = tuple(layer for layer in known if layer not in SAFETY)
-    if name != "social" and name not in known:
-        raise BadInputError(f"layer {name!r} is not known; there are {', '.join(known)}, and social for all but safety")
-    return social if name == "social" else (name,)
 
 
 def _threshold(text: str) -> DetectorChoice:
@@ -80,7 +71,7 @@ WORDS: dict[str, Word] = {
     "nn": Word("association", _always("nn")),
     "gnn": Word("association", _always("gnn")),
     "camera": Word("cameras", lambda name: (name,), "NAME"),
-    "without": Word("without", _layers, "LAYER"),
+    "without": Word("without", lambda name: layers_meant((name,)), "LAYER"),
     "threshold": Word("detector", _threshold, "SCORE"),
     "pass": Word("pass_side", _side, "SIDE"),
     "mirrored": Word("mirrored", _always(True)),
@@ -108,7 +99,7 @@ def parse_variant(text: str) -> RunOptions:
     """
     fields: dict[str, Any] = {}
     try:
-        for part in text.split("+"):
+        for part in JOINT.split(text):
             _add(fields, part)
         idle = [field for field in OF_CAMERAS if field in fields]
         if fields.get("perception") == "truth" and idle:

@@ -102,9 +102,9 @@ class GroundProjection:
         """Return the people of one frame on the floor."""
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
         feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
-        human = feet.measurable & ~self._is_robot(feet.positions, pose_robot_in_world) & self._has_human_height(feet)
-        places = self._places(frame, boxes, feet, human)
-        places.valid[self._is_robot(places.positions, pose_robot_in_world)] = False
+        human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
+        places = self.places(frame, boxes, feet, human)
+        places.valid[self.is_robot(places.positions, pose_robot_in_world)] = False
         kept = np.flatnonzero(places.valid)
         kept = kept[self._is_in_building(frame, places.positions[kept])]
         return Scan(
@@ -115,9 +115,10 @@ class GroundProjection:
             kept.astype(np.int64),
             frame,
             pose_robot_in_world,
+            detections.empty_seats,
         )
 
-    def _places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
+    def places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
         lost = human & (feet_hidden(frame, boxes, heads, self.obstacles) | self._is_short(feet))
@@ -157,12 +158,14 @@ class GroundProjection:
             return rows
         return rows_not_of_robot(frame, boxes, rows, pose_robot_in_world, self.robot_radius)
 
-    def _is_robot(self, positions: Array, pose_robot_in_world: Pose2D) -> NDArray[np.bool_]:
+    def is_robot(self, positions: Array, pose_robot_in_world: Pose2D) -> NDArray[np.bool_]:
+        """Tell which places, (n, 2) [m], are the robot's own."""
         distances = np.linalg.norm(positions - pose_robot_in_world.position, axis=1)
         own: NDArray[np.bool_] = distances <= self.robot_radius + OWN_BODY_MARGIN
         return own
 
-    def _has_human_height(self, feet: FootPoints) -> NDArray[np.bool_]:
+    def has_human_height(self, feet: FootPoints) -> NDArray[np.bool_]:
+        """Tell which foot points are of somebody as tall as people are, shape (n,)."""
         lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
         human: NDArray[np.bool_] = (feet.heights >= lowest) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
         return human

@@ -10,26 +10,21 @@ from han_bullet.tracking.building import on_floor
 from han_bullet.tracking.projection import BORDER, PLAUSIBLE_HEIGHTS, SMALLEST_BOX, FootPoints, GroundProjection
 
 
-class RefusalReasons(GroundProjection):
-    """A projection that can say what is wrong with the boxes that it drops.
+class RefusalReasons:
+    """Say what is wrong with the boxes that a projection drops.
 
     Args:
         projection: The one to speak for.
     """
 
     def __init__(self, projection: GroundProjection) -> None:
-        super().__init__(
-            robot_radius=projection.robot_radius,
-            floor=projection.floor,
-            obstacles=projection.obstacles,
-            seats=projection.seats,
-        )
+        self.projection = projection
 
     def of(self, detections: Detections, scan: Scan) -> tuple[str | None, ...]:
         """Return a reason per box of a scan's frame; None where it became a measurement."""
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        rows = self.known_rows(scan.frame, boxes, detections.feet, scan.pose_robot_in_world)
-        feet = self.foot_points(scan.frame, boxes, rows)
+        rows = self.projection.known_rows(scan.frame, boxes, detections.feet, scan.pose_robot_in_world)
+        feet = self.projection.foot_points(scan.frame, boxes, rows)
         kept = set(scan.sources.tolist())
         return tuple(None if row in kept else self._reason(scan, boxes, feet, row) for row in range(len(boxes)))
 
@@ -39,13 +34,13 @@ class RefusalReasons(GroundProjection):
             return _why_not_measurable(scan, boxes[row])
         if self._is_robot_at(scan, feet.positions[row]):
             return f"the foot point ({x:.2f}, {y:.2f}) belongs to the robot itself"
-        if not self._has_human_height(feet)[row]:
+        if not self.projection.has_human_height(feet)[row]:
             low, high = PLAUSIBLE_HEIGHTS
             return (
                 f"a person at its foot point ({x:.2f}, {y:.2f}) would be {feet.heights[row]:.2f} m tall, "
                 f"not {low:g} to {high:g} m"
             )
-        places = self._places(scan.frame, boxes, feet, np.ones(len(boxes), bool))
+        places = self.projection.places(scan.frame, boxes, feet, np.ones(len(boxes), bool))
         if not places.valid[row]:
             return "its feet are hidden, and neither seat nor head tells where it is"
         return self._why_not_there(scan, places.positions[row])
@@ -54,13 +49,13 @@ class RefusalReasons(GroundProjection):
         x, y = place
         if self._is_robot_at(scan, place):
             return f"its place ({x:.2f}, {y:.2f}) belongs to the robot itself"
-        if not on_floor(self.floor, place[None])[0]:
+        if not on_floor(self.projection.floor, place[None])[0]:
             return f"its place ({x:.2f}, {y:.2f}) is off the floor"
         return f"its place ({x:.2f}, {y:.2f}) is in or behind a part of the building"
 
     def _is_robot_at(self, scan: Scan, place: Array) -> bool:
         pose = scan.pose_robot_in_world
-        return pose is not None and bool(self._is_robot(place[None], pose)[0])
+        return pose is not None and bool(self.projection.is_robot(place[None], pose)[0])
 
 
 def _why_not_measurable(scan: Scan, box: Array) -> str:

@@ -24,6 +24,9 @@ YOUNG_AGE = 2.0
 YOUNG_LIFE = 0.6
 # Without a hit while in view [s]: a walker is soon elsewhere, a seated person is the hardest to detect.
 LIVES = {Posture.WALKING: 1.5, Posture.STANDING: 3.0, Posture.SEATED: 10.0}
+# Without a hit, of somebody seated whose seat one camera shows to be empty in each of its frames [s]: twice as long as
+# a confirmation may take, so that whoever got up is known again by then and takes over the id (`continues`).
+EMPTY_SEAT_LIFE = 1.0
 # Outside every view, or hidden [s]; a seated person's is as long as in view, for they stay.
 OUTSIDE_LIFE = 3.0
 # Closer than this two people cannot walk [m].
@@ -130,6 +133,7 @@ class Track:
         self.last_hit = self._in_view_until = scan.time
         self._hit_at = self.state.position
         self._missed_by: tuple[str, ...] = ()
+        self._seat_empty: dict[str, tuple[float, float]] = {}  # camera -> since and until when it shows so
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
         self._images = {image: row for image, row in self._images.items() if image[0] >= scan.time - MEMORY}
@@ -146,6 +150,17 @@ class Track:
             self._missed_by += (scan.camera,)
         self.misses[scan.camera] = self.misses.get(scan.camera, 0) + 1
 
+    def note_seat(self, scan: Scan) -> None:
+        """Take note of whether a scan that has not hit somebody seated shows their seat to be empty."""
+        seat = self.posture.stance.seat
+        if seat is None or seat.name not in scan.empty_seats:
+            self._seat_empty.pop(scan.camera, None)
+            return
+        since, until = self._seat_empty.get(scan.camera, (scan.time, scan.time))
+        if scan.time - until > LONGEST_FRAME_GAP + 1e-9:
+            since = scan.time
+        self._seat_empty[scan.camera] = since, scan.time
+
     def reason_to_end(self, time: float) -> str | None:
         """Return why the track should end at a time [s], or None."""
         life = LIVES[self.posture.stance.posture]
@@ -153,6 +168,9 @@ class Track:
             life = YOUNG_LIFE
         if self.missed_for > life + 1e-9:
             return f"in view without a hit for {self.missed_for:.2f} s"
+        for camera, (since, until) in self._seat_empty.items():
+            if until - since > EMPTY_SEAT_LIFE - 1e-9:
+                return f"its seat was seen to be empty for {until - since:.2f} s by {camera}"
         outside = time - self._in_view_until
         if outside > max(OUTSIDE_LIFE, life) + 1e-9:
             return f"outside every view for {outside:.2f} s"
@@ -208,6 +226,7 @@ class Track:
         self._images = dict(sorted({**other._images, **self._images}.items()))
         if other.last_hit > self.last_hit:
             self.last_hit, self._hit_at = other.last_hit, other._hit_at
+            self._seat_empty = other._seat_empty
         self._in_view_until = max(self._in_view_until, other._in_view_until)
         self.missed_for = min(self.missed_for, other.missed_for)
 

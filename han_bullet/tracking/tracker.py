@@ -85,6 +85,7 @@ class MultiCameraTracker(PeopleTracker):
         pairs = self._assign(scan)
         unseen = [track for row, track in enumerate(self._tracks) if row not in pairs]
         for track, in_view in zip(unseen, self._in_view(unseen, scan), strict=True):
+            track.note_seat(scan)
             if in_view:
                 track.miss(scan)
         for row, measurement in sorted(pairs.items()):

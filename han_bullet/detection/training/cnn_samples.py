@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from han_bullet.detection.acf import AcfDetector
 from han_bullet.detection.cnn import crop
 from han_bullet.detection.inria import train_backgrounds, train_people
+from han_bullet.detection.matching import ASPECT
 from han_bullet.detection.pictures import Image, cut, read_picture
 from han_bullet.detection.training.boxes import deformed, misplaced
 from han_bullet.detection.training.recipe import Recipe
 from han_bullet.errors import BadInputError
 
 PERSON_HEIGHT = 96.0  # in the centre of an INRIA training crop [px]
-ASPECT = 0.41  # width over height of a person's box
 # The "not fully trained" proposer: as few of the 2048 trees as the first of ACF's four training stages has.
 TREES_OF_WEAK_PROPOSER = 32
 CROP_MARGIN = 1.16  # times the network's input, so that a crop can be moved and scaled without running out of picture

@@ -1,0 +1,285 @@
+"""The last word on a command: the robot can always stop before what its laser scanner sees.
+
+It knows nothing of tracks, map or pose: points of the scan, how they move, the robot's velocity, and the base's limits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from han_bullet.control.legs import LegMotion
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array, Pose2D, Twist2D, rotation
+from han_bullet.messages import LaserScan
+from han_bullet.world_schema import CONTROL_PERIOD
+
+STEP = 0.025  # of a prediction [s]
+HALVINGS = 6  # of the interval in which the largest safe part of a command is looked for
+SIDEWAYS = 0.5  # a point is passed rather than approached where less of the velocity leads towards it
+CREEP = 0.15  # at this speed [m/s] points are passed at NARROW
+NARROW = 0.02  # [m] beyond the footprint
+SHOULDERS = 0.17  # [m] beyond the footprint: by so much people are wider than their legs
+FORESIGHT = 0.5  # of how somebody goes on [s]: within it they may be elsewhere by what they go
+NO_WORSE = 1e-3  # what braking at once would come to, within this [m], no command is blamed for
+SILENT = 0.5  # a scanner that has spoken before is out of order when it says nothing for so long [s]
+
+
+class ProtectiveStop:
+    """Limit commands so that no point of the scan comes nearer to the footprint than a clearance.
+
+    A command is safe if the base, ramping to it from its present velocity, holding it for the reaction time and then
+    braking as hard as it can, keeps the clearance from every point. Of one that is not, the largest part that is safe
+    is let through: all directions but towards the point stay free, and so does moving away from one that is too near.
+    A point that is only passed takes away the part of the velocity that leads towards it. Legs are taken to go on as
+    they go; they get the room that the body above them needs, and more the faster they are, and nothing is passed along
+    them.
+    """
+
+    def __init__(
+        self,
+        *,
+        radius: float = 0.3,
+        max_acceleration: float = 1.0,
+        max_yaw_acceleration: float = 3.0,
+        clearance: float = 0.05,
+        reaction: float = 0.1 + CONTROL_PERIOD,
+    ) -> None:
+        """Configure the limits.
+
+        Args:
+            radius: Of the robot's footprint [m].
+            max_acceleration: Of the base, braking too [m/s^2].
+            max_yaw_acceleration: [rad/s^2].
+            clearance: Between footprint and points [m].
+            reaction: Before the brakes hold: the age of a scan and a control period [s].
+        """
+        limits = {
+            "radius": radius,
+            "max_acceleration": max_acceleration,
+            "max_yaw_acceleration": max_yaw_acceleration,
+            "clearance": clearance,
+            "reaction": reaction,
+        }
+        for name, value in limits.items():
+            if not 0.0 < value < math.inf:
+                raise BadInputError(f"protective stop: {name} is {value!r}; it must be a positive number")
+        self.radius = radius
+        self.clearance = clearance
+        self.reaction = reaction
+        self._accelerations = (max_acceleration, max_yaw_acceleration)
+        self._legs = LegMotion()
+        self._is_leg: NDArray[np.bool_] = np.zeros(0, bool)
+        self._points_in_odom: Array = np.zeros((0, 2))
+        self._velocities_in_odom: Array = np.zeros((0, 2))
+        self._seen_at: float | None = None
+        self._pose_in_odom = Pose2D(0.0, 0.0, 0.0)  # a frame of our own: where the first command came
+        self._moved_at = 0.0
+        self._last = Twist2D()
+
+    def limit(self, command: Twist2D, scan: LaserScan | None, twist: Twist2D, time: float) -> tuple[Twist2D, bool]:
+        """Return the command for the next control period, and whether it had to be limited.
+
+        A limited one changes the velocity by no more than the base can in that period; the turn stays as commanded.
+
+        Args:
+            command: What the robot would do.
+            scan: That arrived with this tick, or None.
+            twist: By the odometry, now.
+            time: [s].
+        """
+        self._move_on(twist, time)
+        if scan is not None:
+            self._take_in(scan, twist, time)
+        allowed = self._allowed(command, twist, time)
+        if allowed is not command:
+            # Slipping wheels tell of more speed than there is: braking from that alone, the base would never slow down.
+            slower = min((twist, self._last), key=lambda now: math.hypot(now.vx - allowed.vx, now.vy - allowed.vy))
+            self._last = self._ramped(allowed, slower)
+            return self._last, True
+        self._last = command
+        return command, False
+
+    def _allowed(self, command: Twist2D, twist: Twist2D, time: float) -> Twist2D:
+        if self._seen_at is None:
+            return command
+        if time - self._seen_at > SILENT:
+            return Twist2D(0.0, 0.0, command.omega)
+        return self._largest_safe(command, twist, self._surroundings(command, twist, time))
+
+    def _move_on(self, twist: Twist2D, time: float) -> None:
+        """Move the robot on by its odometry."""
+        self._pose_in_odom = _moved(self._pose_in_odom, twist, time - self._moved_at)
+        self._moved_at = time
+
+    def _take_in(self, scan: LaserScan, twist: Twist2D, time: float) -> None:
+        then = _moved(self._pose_in_odom, twist, scan.time - time)
+        self._is_leg, self._velocities_in_odom = self._legs.update(scan, then)
+        self._points_in_odom, self._seen_at = then.to_world(scan.points_in_body), scan.time
+
+    def _surroundings(self, command: Twist2D, twist: Twist2D, time: float) -> _Points:
+        """Return the points that the robot could come near to before it stands."""
+        age = time - (self._seen_at or time)
+        pose, velocities = self._pose_in_odom, self._velocities_in_odom
+        points = pose.to_body(self._points_in_odom + age * velocities)
+        speed = max(command.speed, twist.speed) + np.hypot(*velocities.T)
+        reach = speed * self._duration(command, twist) + self.radius + self._margins(velocities)
+        near = np.hypot(*points.T) <= reach
+        margins = self._margins(velocities)[near]
+        return _Points(points[near], velocities[near] @ rotation(pose.yaw), self._is_leg[near], margins)
+
+    def _margins(self, velocities: Array) -> Array:
+        legs = max(SHOULDERS, self.clearance) + FORESIGHT * np.hypot(*velocities.T)
+        return np.where(self._is_leg, legs, self.clearance)
+
+    def _duration(self, command: Twist2D, twist: Twist2D) -> float:
+        return self.reaction + max(command.speed, twist.speed) / self._accelerations[0]
+
+    def _largest_safe(self, command: Twist2D, twist: Twist2D, points: _Points) -> Twist2D:
+        """Return the command if it is safe, else the part of it, or of it along what is passed, that advances more."""
+        if not len(points.in_body):
+            return command
+        duration = self._duration(command, twist)
+        braking, _ = self._approaches(Twist2D(0.0, 0.0, command.omega), twist, points, duration)
+
+        def offended(candidate: Twist2D) -> _Offended | None:
+            """Return the point that a candidate comes nearest to of those it must not."""
+            distances, directions = self._approaches(candidate, twist, points, duration)
+            gaps = distances - self.radius
+            margins = points.margins
+            if candidate.speed <= CREEP + 1e-9:
+                towards = directions @ np.array([candidate.vx, candidate.vy])
+                margins = np.where(~points.are_legs & (towards <= SIDEWAYS * candidate.speed), NARROW, margins)
+            unsafe = (gaps < margins) & (distances < braking - NO_WORSE)
+            nearest = int(np.where(unsafe, gaps, np.inf).argmin())
+            return _Offended(directions[nearest], bool(points.are_legs[nearest])) if unsafe.any() else None
+
+        first = offended(command)
+        if first is None:
+            return command
+        along = None if first.is_leg else _along(command, first.direction)
+        parts = [_part(candidate, offended) for candidate in (command, along) if candidate is not None]
+        return max(parts, key=lambda part: part.vx * command.vx + part.vy * command.vy)
+
+    def _approaches(self, candidate: Twist2D, twist: Twist2D, points: _Points, duration: float) -> tuple[Array, Array]:
+        now = np.array([twist.vx, twist.vy, twist.omega])
+        target = np.array([candidate.vx, candidate.vy, candidate.omega])
+        return _approaches(
+            points.in_body, points.velocities, now, target, self.reaction, duration, *self._accelerations
+        )
+
+    def _ramped(self, wanted: Twist2D, now: Twist2D) -> Twist2D:
+        """Return what the base can reach of a wanted velocity within a control period."""
+        x, y = wanted.vx - now.vx, wanted.vy - now.vy
+        part = min(1.0, self._accelerations[0] * CONTROL_PERIOD / max(math.hypot(x, y), 1e-9))
+        return Twist2D(now.vx + part * x, now.vy + part * y, wanted.omega)
+
+
+@dataclass(frozen=True)
+class _Points:
+    """What is around the robot.
+
+    Attributes:
+        in_body: Shape (n, 2) [m].
+        velocities: Over the floor, along the body's axes, shape (n, 2) [m/s].
+        are_legs: Shape (n,).
+        margins: Room that each needs beyond the footprint, shape (n,) [m].
+    """
+
+    in_body: Array
+    velocities: Array
+    are_legs: NDArray[np.bool_]
+    margins: Array
+
+
+def _moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
+    """Return a pose after a time [s], which may be negative, at a constant twist."""
+    x, y = pose.position + duration * twist.linear_in_world(pose.yaw + 0.5 * duration * twist.omega)
+    return Pose2D(float(x), float(y), pose.yaw + duration * twist.omega)
+
+
+@dataclass(frozen=True)
+class _Offended:
+    """A point that a command comes too near to, and in which direction it then is, (2,)."""
+
+    direction: Array
+    is_leg: bool
+
+
+def _along(command: Twist2D, direction: Array) -> Twist2D | None:
+    """Return a command without what leads in a direction, (2,); None where that is not a small part of it."""
+    towards = command.vx * direction[0] + command.vy * direction[1]
+    if not 0.0 < towards <= SIDEWAYS * command.speed:
+        return None
+    return Twist2D(command.vx - towards * direction[0], command.vy - towards * direction[1], command.omega)
+
+
+def _part(command: Twist2D, offended: Callable[[Twist2D], _Offended | None]) -> Twist2D:
+    """Return the largest part of a command that offends nothing; standing still is what remains."""
+    safe, unsafe = 0.0, 1.0
+    if offended(command) is None:
+        return command
+    for _ in range(HALVINGS):
+        middle = 0.5 * (safe + unsafe)
+        if offended(Twist2D(middle * command.vx, middle * command.vy, command.omega)) is None:
+            safe = middle
+        else:
+            unsafe = middle
+    return Twist2D(safe * command.vx, safe * command.vy, command.omega)
+
+
+@numba.njit(cache=True)
+def _approaches(
+    points: Array,
+    velocities: Array,
+    twist: Array,
+    target: Array,
+    reaction: float,
+    duration: float,
+    max_acceleration: float,
+    max_yaw_acceleration: float,
+) -> tuple[Array, Array]:
+    """Return how near points come to the robot's centre, (n,) [m], and in which direction each then is, (n, 2).
+
+    The base ramps to the target, holds it until the reaction time is over, and brakes.
+
+    Args:
+        points: In the body frame at the start, shape (n, 2) [m].
+        velocities: Along its axes, shape (n, 2) [m/s].
+        twist: Of the body at the start: vx, vy [m/s], omega [rad/s].
+        target: The same, commanded.
+        reaction: [s].
+        duration: Of the prediction [s].
+        max_acceleration: [m/s^2].
+        max_yaw_acceleration: [rad/s^2].
+    """
+    nearest = np.full(len(points), np.inf)
+    directions = np.zeros((len(points), 2))
+    x, y, yaw = 0.0, 0.0, 0.0
+    vx, vy, omega = twist
+    steps = math.ceil(duration / STEP) + 1
+    for step in range(steps + 1):
+        for i in range(len(points)):
+            time = step * STEP
+            dx, dy = points[i, 0] + time * velocities[i, 0] - x, points[i, 1] + time * velocities[i, 1] - y
+            distance = math.hypot(dx, dy)
+            if distance < nearest[i]:
+                nearest[i] = distance
+                directions[i, 0], directions[i, 1] = dx / max(distance, 1e-9), dy / max(distance, 1e-9)
+        holds = step * STEP < reaction
+        change_x, change_y = (target[0] if holds else 0.0) - vx, (target[1] if holds else 0.0) - vy
+        part = min(1.0, max_acceleration * STEP / max(math.hypot(change_x, change_y), 1e-9))
+        turn = (target[2] if holds else 0.0) - omega
+        next_omega = omega + min(max(turn, -max_yaw_acceleration * STEP), max_yaw_acceleration * STEP)
+        mean_x, mean_y = vx + 0.5 * part * change_x, vy + 0.5 * part * change_y
+        middle = yaw + 0.25 * (omega + next_omega) * STEP
+        c, s = math.cos(middle), math.sin(middle)
+        x, y = x + STEP * (c * mean_x - s * mean_y), y + STEP * (s * mean_x + c * mean_y)
+        yaw += 0.5 * (omega + next_omega) * STEP
+        vx, vy, omega = vx + part * change_x, vy + part * change_y, next_omega
+    return nearest, directions
