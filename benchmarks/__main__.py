@@ -24,6 +24,7 @@ BENCHMARKS = (
     ("tracker",),
     ("joint_events",),
     ("ceiling_frames",),
+    ("localization",),
     ("sweep_speed",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),

@@ -13,6 +13,7 @@ import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path as File
 
 import numpy as np
@@ -88,7 +89,12 @@ CASES = {
     # The way without the layer passes on the person's right.
     "overtake": Case(OvertakeLayer, CORRIDOR, (), _person(Posture.WALKING, (5.0, 0.0), 0.4), (1.0, -0.7), (9.0, -0.7)),
     "oncoming": Case(
-        OncomingLayer, CORRIDOR, (), _person(Posture.WALKING, (7.0, -0.3), 0.7, math.pi), (0.6, -0.3), (9.4, -0.3)
+        partial(OncomingLayer, robot_speed=1.0),
+        CORRIDOR,
+        (),
+        _person(Posture.WALKING, (7.0, -0.3), 0.7, math.pi),
+        (0.6, -0.3),
+        (9.4, -0.3),
     ),
 }
 

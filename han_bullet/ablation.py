@@ -65,7 +65,7 @@ class TruthTracker(PeopleTracker):
         self._truth = truth
         self._seat_names = seat_names or {}
 
-    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
+    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
         """Return everybody as they are."""
         return tuple(
             TrackedPerson(

@@ -16,6 +16,7 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_channel import SIMULATED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
+from han_bullet.health.sensor_health import SensorHealth
 from han_bullet.known_devices import KnownDevices
 from han_bullet.localization.lidar import LidarLocalization
 from han_bullet.localization.localizer import Localization
@@ -104,6 +105,8 @@ def build_stack(
     pass_side: str = "left",
     layers: Sequence[Layer] = (),
     devices: KnownDevices | None = None,
+    sees: bool = True,
+    own_senses: bool = True,
 ) -> NavigationStack:
     """Return the stack for a world.
 
@@ -116,6 +119,8 @@ def build_stack(
         pass_side: On which side of walking people the robot overtakes, "left" or "right".
         layers: Further layers, applied after the standard ones.
         devices: Of `known_devices`, to look into them; None makes them.
+        sees: Whether the robot relies on the world's cameras, whose health is then watched.
+        own_senses: Whether observations hold laser and odometry; those of a replay do not.
 
     Raises:
         BadInputError: A layer or a layer's parameter that does not exist, or a layer without a name.
@@ -130,6 +135,7 @@ def build_stack(
         *standard_layers(
             world.solid_boxes(),
             robot_radius=robot.radius,
+            robot_speed=robot.max_speed,
             inflation_radius=settings.inflation_radius,
             cost_scaling_factor=settings.cost_scaling_factor,
             pass_side=pass_side,
@@ -169,7 +175,16 @@ def build_stack(
             ask=world.recovery.ask,
             search=world.recovery.relocalize,
         ),
+        health=sensor_health(world, sees=sees, own_senses=own_senses),
     )
+
+
+def sensor_health(world: World, *, sees: bool, own_senses: bool) -> SensorHealth:
+    """Return what watches the cameras and the robot's own senses, its laser and its wheels."""
+    periods = {camera.name: camera.ticks_per_frame * CONTROL_PERIOD for camera in world.cameras if sees}
+    robot = world.robot
+    laser = robot.laser.ticks_per_scan * CONTROL_PERIOD if robot.laser is not None and own_senses else None
+    return SensorHealth(periods, noisy=world.image_noise > 0.0, laser=laser, slip=robot.slip if own_senses else None)
 
 
 def task_of(world: World) -> Task:

@@ -129,7 +129,7 @@ class CameraWorkers(FrameSource, FrameDetector):
         `detect` hands over what it found.
         """
         found = self._spread(self._longest_first(cameras), state)
-        self._found = {(name, state.time): detections for name, detections in found.items()}
+        self._found = {(name, state.exposure_of(name).time): detections for name, detections in found.items()}
         return [self._view(name).copy() for name in cameras]
 
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
@@ -274,5 +274,6 @@ def _look(
     """Render a picture and find the people in it; where the camera believes to be is not known here, nor needed."""
     view[:] = station.frames.render([camera.name], state)[0]
     fixed = isinstance(camera, CeilingCamera)
-    frame = Frame(camera.name, state.time, view, camera.intrinsics, np.full((4, 4), np.nan), fixed)
+    time = state.exposure_of(camera.name).time
+    frame = Frame(camera.name, time, view, camera.intrinsics, np.full((4, 4), np.nan), fixed)
     return station.detector.detect([frame])[0]

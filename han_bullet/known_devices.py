@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from han_bullet.device_channel import SIMULATED
 from han_bullet.device_payload import read_payload
 from han_bullet.errors import BadInputError
-from han_bullet.messages import Device, DeviceMessage
+from han_bullet.messages import Device, DeviceMessage, Fault
 
 SILENT_AFTER = 3.0  # [s]: devices repeat their state every second, so three messages in a row were lost
 
@@ -38,12 +38,17 @@ class KnownDevices:
         self._devices = {device.name: device for device in devices}
         self._last: dict[str, DeviceMessage] = {}
         self._heard_at: dict[str, float] = dict.fromkeys(self._devices, 0.0)
-        self._silent: set[str] = set()
+        self._silent: dict[str, Fault] = {}
 
     @property
     def states(self) -> tuple[Device, ...]:
         """Return every device as it was last heard of."""
         return tuple(self._devices.values())
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Return which devices have been silent for too long."""
+        return tuple(self._silent.values())
 
     def update(self, payloads: Sequence[bytes], time: float) -> bool:
         """Take in what arrived; tell whether some device's state is another now.
@@ -95,13 +100,13 @@ class KnownDevices:
     def _hear(self, device: str, time: float) -> None:
         self._heard_at[device] = time
         if device in self._silent:
-            self._silent.remove(device)
+            del self._silent[device]
             _log.warning("device %s is heard again", device)
 
     def _watch_for_silence(self, time: float) -> None:
         for device, heard_at in self._heard_at.items():
             if time - heard_at > SILENT_AFTER and device not in self._silent:
-                self._silent.add(device)
+                self._silent[device] = Fault(device, "silent", time)
                 state = _word(self._devices[device].on)
                 _log.warning("device %s is silent for more than %g s; taken to be %s", device, SILENT_AFTER, state)
 

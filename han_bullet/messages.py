@@ -166,6 +166,39 @@ class Observation:
 
 
 @dataclass(frozen=True)
+class ImageHealth:
+    """What the pixels of one frame tell of the camera itself; small, so that it travels where the image does not.
+
+    Attributes:
+        checksum: Of a sample of the pixels; two images with noise have the same by a chance of 1 in 4e9.
+        brightness: Mean of the image [grey levels].
+        contrast: Standard deviation of its coarse parts, whose noise is averaged away [grey levels].
+        shift: How far the scene that a fixed camera knows has moved in the image, to the right and down, [px]; (0, 0)
+            where no shift explains what differs, and for a camera without a known scene.
+    """
+
+    checksum: int
+    brightness: float
+    contrast: float
+    shift: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What the robot has noticed of one of its sensors.
+
+    Attributes:
+        sensor: A camera or a device by its name, or "laser", "wheels".
+        kind: Such as "frozen", "black", "dropped", "late", "knocked", "slip", "silent".
+        since: When it was noticed [s].
+    """
+
+    sensor: str
+    kind: str
+    since: float
+
+
+@dataclass(frozen=True)
 class Detections:
     """People found in one image, by falling score.
 
@@ -196,14 +229,15 @@ class Detections:
             self.boxes[rows], self.scores[rows], self.probabilities[rows], feet=feet, empty_seats=self.empty_seats
         )
 
-    def at(self, camera: str, time: float) -> FrameDetections:
-        """Return the same as those of a camera's frame, exposed at a time [s]."""
+    def at(self, camera: str, time: float, health: ImageHealth | None = None) -> FrameDetections:
+        """Return the same as those of a camera's frame, exposed at a time [s], with what its pixels tell."""
         return FrameDetections(
             self.boxes,
             self.scores,
             self.probabilities,
             camera,
             time,
+            health,
             feet=self.feet,
             empty_seats=self.empty_seats,
         )
@@ -216,10 +250,12 @@ class FrameDetections(Detections):
     Attributes:
         camera: Name of the camera.
         time: Moment of exposure [s].
+        health: What its pixels tell of the camera; None where nobody looked.
     """
 
     camera: str
     time: float
+    health: ImageHealth | None = None
 
 
 @dataclass(frozen=True)
@@ -403,6 +439,7 @@ class Status(str, Enum):
     LOST = "lost: what the laser sees does not fit to the map"
     BLOCKED = "blocked"
     PROTECTIVE_STOP = "braking: something is too near"
+    BLIND = "stopped: no sensor works"
 
 
 class RecoveryStep(str, Enum):

@@ -17,6 +17,8 @@ from han_bullet.world_schema import (
     Furniture,
     GoToTask,
     HandOverTask,
+    InjectedFault,
+    Knocked,
     Part,
     Person,
     SittingArea,
@@ -44,6 +46,7 @@ def mirrored(world: World) -> World:
             "people": tuple(map(_person, world.people)),
             "robot": _with(world.robot, start=_pose(world.robot.start)),
             "task": _task(world.task),
+            "faults": tuple(map(_fault, world.faults)),
             "light": _with(world.light, direction=_point3(world.light.direction)),
             "expectations": tuple(map(_expectation, world.expectations)),
         }
@@ -102,6 +105,10 @@ def _person(person: Person) -> Person:
     if isinstance(behaviour, Walk):
         behaviour = _with(behaviour, waypoints=tuple(map(_point, behaviour.waypoints)))
     return _with(person, start=_pose(person.start), behaviour=behaviour)
+
+
+def _fault(fault: InjectedFault) -> InjectedFault:
+    return _with(fault, degrees=_opposite(fault.degrees)) if isinstance(fault, Knocked) else fault
 
 
 def _task(task: GoToTask | HandOverTask) -> GoToTask | HandOverTask:

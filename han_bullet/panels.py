@@ -13,7 +13,7 @@ from han_bullet.costmap.grid import SOCIAL_MAX
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
 from han_bullet.lettering import Colour, Lettering, Picture
-from han_bullet.messages import CameraImage, Detections, RecoveryStep, Status
+from han_bullet.messages import CameraImage, Detections, Fault, RecoveryStep, Status
 from han_bullet.stack import Decision
 from han_bullet.topdown import GOAL, INK, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
 from han_bullet.world_schema import World
@@ -21,6 +21,7 @@ from han_bullet.world_schema import World
 BAR: Colour = (28, 34, 46)
 LEGEND: Colour = (241, 243, 246)
 GREY: Colour = (150, 160, 176)
+FAULT: Colour = (255, 176, 60)
 NO_IMAGE: Colour = (44, 51, 66)
 BOX: Colour = (60, 220, 110)  # of a kept detection; brighter than the tracks, since it lies on photographs
 STATUS_COLOURS: dict[Status, Colour] = {
@@ -31,6 +32,7 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.LOST: (196, 40, 60),
     Status.BLOCKED: (196, 40, 60),
     Status.PROTECTIVE_STOP: (196, 40, 60),
+    Status.BLIND: (196, 40, 60),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
 FIELD_WIDTH = 168  # [px] of a figure in the title bar
@@ -59,13 +61,14 @@ class TitleBar:
 
     def __init__(self, world: World, size: tuple[int, int], lettering: Lettering) -> None:
         self._lettering = lettering
+        self._name_end = 2 * PAD + lettering.width(world.name, NAME_SIZE, bold=True)
+        self._room = size[0] - self._name_end - 5 * FIELD_WIDTH
         self._ground = np.full((size[1], size[0], 3), BAR, np.uint8)
         self._closest: tuple[float, str] = (math.inf, "")
         middle = size[1] / 2
         lettering.write(self._ground, world.name, (PAD, middle), NAME_SIZE, PALE, bold=True)
-        start = 2 * PAD + lettering.width(world.name, NAME_SIZE, bold=True)
-        room = size[0] - start - 5 * FIELD_WIDTH
-        lettering.write(self._ground, lettering.shorten(world.description, 14, room), (start, middle), 14, GREY)
+        description = lettering.shorten(world.description, 14, self._room)
+        lettering.write(self._ground, description, (self._name_end, middle), 14, GREY)
 
     def record(self, tick: Tick) -> None:
         """Take in the figures of a tick, drawn or not."""
@@ -87,7 +90,17 @@ class TitleBar:
             self._lettering.write(picture, caption, (right - FIELD_WIDTH, 15), TINY_SIZE, GREY)
             self._lettering.write(picture, value, (right - FIELD_WIDTH, 35), VALUE_SIZE, PALE, bold=True)
             right -= FIELD_WIDTH
+        self._draw_faults(picture, tick.decision.faults)
         self._draw_status(picture, tick.decision, right - 2 * PAD)
+
+    def _draw_faults(self, picture: Picture, faults: Sequence[Fault]) -> None:
+        """Tell what the robot knows to be wrong with its sensors, in place of the description."""
+        if not faults:
+            return
+        start, middle = int(self._name_end), picture.shape[0] / 2
+        picture[:, start : start + int(self._room)] = BAR
+        text = "faults noticed: " + ", ".join(f"{fault.sensor} {fault.kind}" for fault in faults)
+        self._lettering.write(picture, self._lettering.shorten(text, 14, self._room), (start, middle), 14, FAULT)
 
     def _draw_status(self, picture: Picture, decision: Decision, right: float) -> None:
         """Draw the status, or what is tried beyond waiting, in a rounded box that ends at a column [px]."""
@@ -154,11 +167,16 @@ class CameraStrip:
             self._finish(name)
 
     def record(self, tick: Tick) -> None:
-        """Paint the images of a tick."""
+        """Paint the images of a tick, and what is wrong with their cameras."""
         for frame, detections in zip(tick.observation.images, tick.decision.detections, strict=True):
             if frame.camera in self._panels:
                 self._paint(self._panels[frame.camera], frame, detections)
                 self._finish(frame.camera)
+        for name in self._panels:
+            kinds = [fault.kind for fault in tick.decision.faults if fault.sensor == name]
+            if kinds:
+                text, place = ", ".join(kinds), (12, 36)
+                self._lettering.write(self._panels[name], text, place, LABEL_SIZE, FAULT, bold=True, halo=BAR)
 
     def _paint(self, panel: Picture, frame: CameraImage, detections: Detections) -> None:
         """Paint an image as large as fits without stretching it, with boxes, scores and probabilities."""

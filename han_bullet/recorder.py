@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: the truth, poses, status, scans, tracks, boxes, feet, empty seats, messages.
+"""What a run leaves behind as tables: the truth, what was sensed and found, what was believed of it, what devices said.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -23,6 +23,7 @@ POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 STATUS_HEADER = ("time", "status", "step")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
+FRAMES_HEADER = ("time", "camera", "exposed", "checksum", "brightness", "contrast", "shift_right", "shift_down")
 FEET_HEADER = ("time", "camera", "detection", "row")
 EMPTY_SEATS_HEADER = ("time", "camera", "seat")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
@@ -184,6 +185,25 @@ class DetectionsRecorder(TableRecorder):
             columns = (found.boxes.tolist(), found.scores.tolist(), found.probabilities.tolist())
             for box, score, probability in zip(*columns, strict=True):
                 yield found.time, found.camera, *box, score, probability
+
+
+class FramesRecorder(TableRecorder):
+    """Write which frames reached the robot, at the tick at which they arrived, and what their pixels told.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, FRAMES_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per frame, in the order of the cameras."""
+        for found in tick.decision.detections:
+            row: list[Cell] = [tick.truth.time, found.camera, found.time]
+            if (seen := found.health) is not None:
+                row += [seen.checksum, seen.brightness, seen.contrast, *seen.shift]
+            yield row + [None] * (len(FRAMES_HEADER) - len(row))
 
 
 class FeetRecorder(TableRecorder):

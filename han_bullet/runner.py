@@ -30,11 +30,13 @@ from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
+from han_bullet.noticed_faults import NoticedFault, NoticedFaults
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
+    FramesRecorder,
     LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
@@ -48,7 +50,7 @@ from han_bullet.stack import NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.variation import vary
 from han_bullet.world_file import find_world, load_world, save_world, world_files
-from han_bullet.world_schema import Sit, World
+from han_bullet.world_schema import InjectedFault, Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
 LOCALIZATIONS = ("lidar", "truth")
@@ -73,6 +75,7 @@ class RunOptions:
         video: Whether to write video.mp4.
         gui: Whether to open PyBullet's window.
         mqtt: Address of the broker through which devices speak, HOST[:PORT]; None keeps them in this process.
+        faults: Of sensors, besides those that the world file has.
     """
 
     seed: int = 0
@@ -89,6 +92,7 @@ class RunOptions:
     video: bool = True
     gui: bool = False
     mqtt: str | None = None
+    faults: tuple[InjectedFault, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what no other part checks."""
@@ -111,6 +115,7 @@ class RunResult:
         folder: Where its files are.
         metrics: Every number of the run.
         checks: The world's expectations, held against them.
+        faults: Of sensors, as the robot noticed them.
         real_time_factor: Simulated seconds per second of the loop.
         gave_up: Why the robot gave up, in a sentence; None where it did not.
     """
@@ -118,6 +123,7 @@ class RunResult:
     folder: Path
     metrics: tuple[Metric, ...]
     checks: tuple[Check, ...]
+    faults: tuple[NoticedFault, ...]
     real_time_factor: float
     gave_up: str | None
 
@@ -160,11 +166,11 @@ def run_world(
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
-        metrics = Metrics(concrete)
+        metrics, noticed = Metrics(concrete), NoticedFaults()
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        hooks = [latency, metrics, *recorders, *hooks]
-        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=hooks).gave_up
+        onlookers = [latency, metrics, noticed, *recorders, *hooks]
+        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers).gave_up
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -177,6 +183,7 @@ def run_world(
         "device_session": channel.session,
         "device_messages": dict(devices.counts),
         "layers": [layer.name for layer in stack.layers],
+        "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "outcome_detail": gave_up,
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
@@ -192,7 +199,7 @@ def run_world(
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), simulated / took, gave_up)
+    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took, gave_up)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:
@@ -203,6 +210,7 @@ def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pos
     start, world = world.robot.start_pose_in_world, vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
+    world = world.with_faults(options.faults)
     # Last, so that a seed's mirrored run is the mirror image of its run.
     if options.mirrored:
         return mirrored(world), Pose2D(start.x, -start.y, -start.yaw)
@@ -227,6 +235,8 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "layers": [],
         "pass": options.pass_side,
         "mirrored": options.mirrored,
+        "injected_faults": [fault.model_dump(mode="json") for fault in world.faults],
+        "faults": [],
         "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),
         "git_commit": git_commit(),
@@ -300,6 +310,7 @@ def _build(
         pass_side=options.pass_side,
         layers=layers,
         devices=devices,
+        sees=options.perception == "cameras",
     )
 
 
@@ -321,6 +332,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         StatusRecorder(folder / "status.csv"),
         LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),
+        FramesRecorder(folder / "frames.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
         EmptySeatsRecorder(folder / "empty_seats.csv"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.known_devices import KnownDevices
-from han_bullet.messages import GoTo, HandOver, LaserScan, PoseEstimate, Scene, Seat, Task, TrackedPerson
+from han_bullet.messages import Fault, GoTo, HandOver, LaserScan, PoseEstimate, Scene, Seat, Task, TrackedPerson
 
 CHOOSE_WITHIN = 1.5  # [m] of the place where the task expects the person [Mateus2019]
 SAME_PLACE = 0.5  # [m]: a new track this near to where the person was last is theirs
@@ -58,6 +58,11 @@ class Situation:
             self._task = _with_person(self._task, people, pose)
         self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser)
         return self._scene
+
+    @property
+    def device_faults(self) -> tuple[Fault, ...]:
+        """Return which devices are silent, as of the last update."""
+        return self._devices.faults
 
     def goal(self) -> Pose2D:
         """Return where the robot has to be for its task, as of the last update."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.control.recovery import Recovery
@@ -12,9 +13,12 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
+from han_bullet.health.sensor_health import SensorHealth
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.pose_trail import PoseTrail
 from han_bullet.messages import (
+    Fault,
+    Frame,
     FrameDetections,
     HandOver,
     Observation,
@@ -40,13 +44,14 @@ class Decision:
         time: Of the observation [s].
         estimate: Where the robot believes itself to be.
         detections: One per frame of the observation.
-        scans: The same on the floor.
+        scans: The same on the floor, of the frames that are of use.
         people: Confirmed tracks.
         scene: What the layers looked at.
         costmap: What the planner looked at.
         path: The way taken, or None where there is no free one.
         command: For the robot.
         status: What the robot is up to.
+        faults: What is wrong with its sensors, as it has noticed.
         step: What it tries since it cannot go on; None while it can.
         gave_up: Why it gave up, in a sentence; None as long as it has not.
     """
@@ -61,6 +66,7 @@ class Decision:
     path: Path | None
     command: Twist2D
     status: Status
+    faults: tuple[Fault, ...] = ()
     step: RecoveryStep | None = None
     gave_up: str | None = None
 
@@ -92,6 +98,7 @@ class NavigationStack:
         follower: Follower,
         protective_stop: ProtectiveStop,
         recovery: Recovery,
+        health: SensorHealth | None = None,
     ) -> None:
         self.localization = localization
         self.detector = detector
@@ -104,7 +111,9 @@ class NavigationStack:
         self.follower = follower
         self.protective_stop = protective_stop
         self.recovery = recovery
+        self.health = health or SensorHealth()
         self._trail = PoseTrail()
+        self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -113,8 +122,15 @@ class NavigationStack:
         self._trail.add(estimate)
         frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
         detections = self.detector.detect(frames)
-        scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
-        people = self.tracker.update(scans, observation.time)
+        health = self.health.update(observation, estimate, detections)
+        scans = [
+            self.projection.project(frame, found, self._trail.pose_at(frame.time))
+            for frame, found, usable in zip(frames, detections, health.usable, strict=True)
+            if usable
+        ]
+        self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
+        blind = [self._fixed[name] for name in health.blind if name in self._fixed]
+        people = self.tracker.update(scans, observation.time, blind)
         scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
@@ -123,7 +139,9 @@ class NavigationStack:
         path = self.planner.update(
             costmap, pose.position, goal.position, observation.time, self.situation.changed, people
         )
-        command, status = self.follower.follow(path, goal, estimate, people, costmap)
+        # While all cameras work, who is not seen is hidden for a moment, and layers and proximity do.
+        factor = min(health.speed_factor, speed_factor_among(people, path) if health.blind else 1.0)
+        command, status = self.follower.follow(path, goal, estimate, people, costmap, factor)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         command, braked = self.protective_stop.limit(
@@ -144,6 +162,7 @@ class NavigationStack:
             path,
             command,
             status,
+            (*health.faults, *self.situation.device_faults),
             step,
             gave_up,
         )

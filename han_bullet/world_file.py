@@ -123,7 +123,8 @@ def _one_sentence(error: ValidationError) -> str:
     """Tell the first fault of a document: field, what is wrong, the value given."""
     # A misspelt key shows as a missing one too: the unknown key is what helps.
     first, *others = sorted(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
-    kinds = ("go_to", "hand_over", "ceiling", "onboard", "stand", "sit", "walk")
+    kinds = {"go_to", "hand_over", "ceiling", "onboard", "stand", "sit", "walk"}
+    kinds |= {"frozen", "black", "dropped", "late", "knocked", "slip"}
     steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in first["loc"] if step not in kinds]
     field = "".join(steps).lstrip(".") or "the document"
     message = first["msg"].removeprefix("Value error, ")

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, camera_on_robot, look_at
@@ -348,6 +348,74 @@ class RecoverySettings(Part):
     relocalize: NonNegative = Field(10.0, description="when it is lost: to find itself on the map [s]")
 
 
+ALL_CAMERAS, LASER, WHEELS = "all", "laser", "wheels"  # targets of faults besides cameras and devices, by name
+
+
+class FaultPart(Part):
+    """What goes wrong for a while; see docs/faults.md."""
+
+    target: Name = Field(ALL_CAMERAS, description="a camera, `all` of them, `laser`, `wheels` or a device")
+    starts: Trigger = Field(Trigger(), description="a trigger, or seconds after the start")
+    until: Positive | None = Field(None, description="end [s]; none: it stays")
+
+    @field_validator("starts", mode="before")
+    @classmethod
+    def _seconds_are_a_trigger(cls, value: Any) -> Any:
+        return {"delay": value} if isinstance(value, int | float) else value
+
+    @model_validator(mode="after")
+    def _ends_after_its_start(self) -> FaultPart:
+        if self.until is not None and self.starts.when == "time" and self.until <= self.starts.delay:
+            raise ValueError(
+                f"the fault starts at {self.starts.delay:g} s and ends at {self.until:g} s; later is right"
+            )
+        return self
+
+
+class Frozen(FaultPart):
+    """A camera sends its last picture again and again, with new stamps."""
+
+    kind: Literal["frozen"] = "frozen"
+
+
+class Black(FaultPart):
+    """No light reaches a camera."""
+
+    kind: Literal["black"] = "black"
+
+
+class Dropped(FaultPart):
+    """Frames of a camera, scans of the laser or messages of a device get lost."""
+
+    kind: Literal["dropped"] = "dropped"
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(1.0, description="of them, drawn by the seed")
+
+
+class Late(FaultPart):
+    """Frames of a camera arrive later than they were taken; their stamps are right."""
+
+    kind: Literal["late"] = "late"
+    delay: Positive = Field(0.5, description="[s]")
+
+
+class Knocked(FaultPart):
+    """A camera hangs otherwise than everybody believes."""
+
+    kind: Literal["knocked"] = "knocked"
+    degrees: Annotated[float, Field(ge=-45.0, le=45.0)] = Field(3.0, description="to the left about the vertical [deg]")
+
+
+class Slippery(FaultPart):
+    """The wheels slip more than usual."""
+
+    kind: Literal["slip"] = "slip"
+    target: Name = WHEELS
+    times: Positive = Field(5.0, description="the usual slip")
+
+
+InjectedFault = Annotated[Frozen | Black | Dropped | Late | Knocked | Slippery, Field(discriminator="kind")]
+
+
 class Expectation(Part):
     """A metric and the range that it must end in."""
 
@@ -387,6 +455,7 @@ class World(Part):
     score_threshold: Finite | None = Field(
         None, description="least ACF score of a proposal of the shipped model; None: its own"
     )
+    faults: tuple[InjectedFault, ...] = Field((), description="of sensors; the stack is not told")
     expectations: tuple[Expectation, ...] = ()
 
     @model_validator(mode="after")
@@ -404,7 +473,27 @@ class World(Part):
         for person in self.people:
             if isinstance(person.behaviour, Sit) and person.behaviour.on not in seats:
                 raise ValueError(f"people: {person.name} sits on {person.behaviour.on!r}, which is none of {seats}")
+        for fault in self.faults:
+            self._check_target(fault)
         return self
+
+    def _check_target(self, fault: InjectedFault) -> None:
+        """Raise ValueError unless a fault can happen to its target, and its start be noticed there."""
+        cameras = [ALL_CAMERAS, *(camera.name for camera in self.cameras)]
+        possible = {
+            "slip": [WHEELS],
+            "dropped": [
+                *cameras,
+                *([LASER] if self.robot.laser is not None else []),
+                *(device.name for device in self.devices),
+            ],
+        }.get(fault.kind, cameras)
+        if fault.target not in possible:
+            right = ", ".join(possible)
+            raise ValueError(f"faults: target of {fault.kind!r} is {fault.target!r}; one of {right} would be right")
+        on_robot = [LASER, WHEELS, *(camera.name for camera in self.cameras if isinstance(camera, OnboardCamera))]
+        if fault.starts.when == "robot_near" and fault.target in on_robot:
+            raise ValueError(f"faults: {fault.target!r} is on the robot, which is always near; another start is right")
 
     def solid_boxes(self) -> tuple[SolidBox, ...]:
         """Return every wall, piece of furniture and device of the robot's map as a box."""
@@ -430,6 +519,19 @@ class World(Part):
         return tuple(
             Seat(a.name, np.array(a.seat), a.facing, a.reach_in_front, a.width, a.watches) for a in self.sitting_areas
         )
+
+    def with_faults(self, faults: Sequence[InjectedFault]) -> World:
+        """Return the world with further faults.
+
+        Raises:
+            BadInputError: One of them cannot happen to its target.
+        """
+        for fault in faults:
+            try:
+                self._check_target(fault)
+            except ValueError as error:
+                raise BadInputError(str(error)) from error
+        return self.model_copy(update={"faults": (*self.faults, *faults)})
 
     def camera(self, name: str) -> CeilingCamera | OnboardCamera:
         """Return a camera by its name.

@@ -11,7 +11,7 @@ import numpy as np
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_frame
 from han_bullet.device_channel import SIMULATED
-from han_bullet.explain.recorded_run import RecordedRun
+from han_bullet.explain.recorded_run import FrameRow, RecordedRun
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import Detections, PoseEstimate, Posture, TruePerson, Truth
@@ -38,6 +38,7 @@ RESULT: dict[str, Any] = {
     "scaled": [],
     "versions": {},
     "outcome": "timeout",
+    "outcome_detail": None,
     "metrics": [],
     "checks": [],
     "timings": {},
@@ -71,6 +72,7 @@ def made_run(
     bodies = tuple(TruePerson(n, Pose2D(*p, 0.0), np.zeros(2), Posture.STANDING) for n, p in people.items())
     truths = tuple(Truth(k * CONTROL_PERIOD, pose, Twist2D(), bodies) for k in range(ticks))
     found: dict[tuple[int, str], Detections] = {}
+    frames = {k: [FrameRow(c.name, k * CONTROL_PERIOD) for c in world.cameras] for k in range(0, ticks, 2)}
     for k in range(0, ticks, 2):
         for camera in world.cameras:
             frame = empty_frame(camera, pose, k * CONTROL_PERIOD)
@@ -78,7 +80,9 @@ def made_run(
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
-    return RecordedRun(Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, found, {}, {}, ())
+    return RecordedRun(
+        Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {}, ()
+    )
 
 
 def replayed(run: RecordedRun) -> Replay:

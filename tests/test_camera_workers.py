@@ -1,6 +1,7 @@
 import multiprocessing.context
 import os
 import signal
+from dataclasses import replace
 from multiprocessing.context import ForkServerContext
 from multiprocessing.shared_memory import SharedMemory
 from typing import ClassVar
@@ -14,7 +15,10 @@ from han_bullet.detection.acf import Scan
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
 from han_bullet.detection.search_area import SearchArea
 from han_bullet.errors import BadInputError, HanError, WorkerDiedError
+from han_bullet.geometry import Twist2D
 from han_bullet.messages import Frame
+from han_bullet.sim.renderer import InProcessRenderer
+from han_bullet.sim.scene_state import Exposure
 from han_bullet.sim.simulator import Simulator
 from han_bullet.variation import vary
 from han_bullet.world_file import load_world
@@ -63,6 +67,27 @@ def test_workers_tell_which_seats_are_empty_as_one_process_does() -> None:
         for detector in (station.detector, workers):
             assert detector.detect([frame])[0].empty_seats == ("couch",)
     station.frames.close()
+
+
+def test_workers_take_the_faulty_exposures_that_one_process_takes_and_know_late_frames_by_their_stamps() -> None:
+    with (
+        Simulator(WORLD, renderer=None) as simulator,
+        CameraWorkers(WORLD, 0, CAMERAS, DetectorChoice(), count=2) as workers,
+    ):
+        simulator.reset()
+        before = simulator.render_state
+        for _ in range(10):
+            simulator.step(Twist2D(0.5, 0.0, 0.0))
+        faulty = (Exposure("camera1", before.time, before), Exposure("onboard", 0.5, before, black=True))
+        state = replace(simulator.render_state, exposures=faulty)
+        station = InProcessRenderer(WORLD, 0)
+        here, there = station.render(CAMERAS, state), workers.render(CAMERAS, state)
+        assert all(np.array_equal(one, other) for one, other in zip(here, there, strict=True))
+        assert np.array_equal(there[0], station.render(CAMERAS[:1], before)[0]) and there[1].mean() < 5.0
+        late, black = workers.detect([frames(there, before.time)[0], frames(there, state.time)[1]])
+        assert (late.time, black.time) == (0.0, 0.5)
+        assert black.health is not None and black.health.brightness < 5.0
+        station.close()
 
 
 def test_frames_that_the_workers_did_not_just_render_are_refused() -> None:

@@ -121,3 +121,14 @@ def test_the_foot_of_a_point_is_on_each_piece_at_most_at_its_ends() -> None:
 def test_a_piece_without_length_has_its_own_place_for_a_foot() -> None:
     _, feet = feet_on(np.array([[1.0, 1.0], [1.0, 1.0]]), np.array([4.0, 5.0]))
     assert feet == pytest.approx(np.array([[1.0, 1.0]]))
+
+
+def test_a_pose_given_in_anothers_frame_and_taken_back_is_the_same_and_moves_points_alike() -> None:
+    robot, scanner = Pose2D(1.0, 2.0, 2.0), Pose2D(0.3, -0.1, 2.5)
+    composed = robot.compose(scanner)
+    assert composed.to_world(np.array([1.0, 0.5])) == pytest.approx(
+        robot.to_world(scanner.to_world(np.array([1.0, 0.5])))
+    )
+    assert -math.pi <= composed.yaw < math.pi
+    back = robot.relative(composed)
+    assert (back.x, back.y, back.yaw) == pytest.approx((scanner.x, scanner.y, scanner.yaw))

@@ -116,8 +116,10 @@ def test_a_silent_device_is_told_once_and_again_only_after_it_was_heard(
         known.update([], time)
     silent = "device tv is silent for more than 3 s; taken to be on"
     assert caplog.messages.count(silent) == 1 and is_on(known)
+    (fault,) = known.faults
+    assert (fault.sensor, fault.kind) == ("tv", "silent") and 3.0 < fault.since < 3.1
     known.update([says(10.5, True)], 10.5)
-    assert caplog.messages.count("device tv is heard again") == 1
+    assert caplog.messages.count("device tv is heard again") == 1 and known.faults == ()
     for time in times:
         known.update([], 10.5 + time)
     assert caplog.messages.count(silent) == 2

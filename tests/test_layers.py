@@ -20,8 +20,9 @@ from han_bullet.costmap.personal_walking import PersonalWalkingLayer
 from han_bullet.costmap.static import StaticLayer
 from han_bullet.costmap.visibility import VisibilityLayer
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Pose2D, SolidBox
-from han_bullet.messages import Device, GoTo, HandOver, Posture, Scene, Seat, TrackedPerson
+from han_bullet.geometry import Array, Pose2D, SolidBox
+from han_bullet.messages import Device, HandOver, Posture, Scene, Seat, TrackedPerson
+from han_bullet.planning.astar import astar
 
 STANDING, WALKING, SEATED = Posture.STANDING, Posture.WALKING, Posture.SEATED
 ROOM = [((0.0, 10.0), (0.0, 10.0))]
@@ -241,7 +242,8 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
     people: list[tuple[Posture, tuple[float, float], float | None]], background: int
 ) -> None:
     tracks = tuple(person(posture, at, (0.3, 0.2), heading, seat="couch") for posture, at, heading in people)
-    scene = Scene(0.0, tracks, (Device("tv", np.array([5.0, 2.0]), True),), (COUCH,))
+    robot = Pose2D(3.0, 6.0, 0.0)
+    scene = Scene(0.0, tracks, (Device("tv", np.array([5.0, 2.0]), True),), (COUCH,), pose_robot_in_world=robot)
     for layer in standard_layers([box(2.0, 2.0, 1.0, 1.0)], robot_radius=0.3):
         costmap = room()
         costmap.cost[40:90, 30:120] = background
@@ -252,41 +254,76 @@ def test_no_layer_ever_lowers_a_cost_or_makes_a_social_one_block(
             assert costmap.cost[before < INSCRIBED].max() < INSCRIBED
 
 
-def meeting(robot_x: float, goal_x: float, *people: TrackedPerson) -> Scene:
-    """A robot on y = 5 that has somewhere on that line to go."""
-    return Scene(0.0, people, task=GoTo(Pose2D(goal_x, 5.0, 0.0)), pose_robot_in_world=Pose2D(robot_x, 5.0, 0.0))
+def met(robot: tuple[float, float], *people: TrackedPerson) -> Scene:
+    """People, and a robot that may meet them."""
+    return Scene(0.0, people, pose_robot_in_world=Pose2D(*robot, 0.0))
 
 
-def test_the_way_of_a_walker_who_comes_towards_the_robot_costs_as_far_as_they_get_in_4_seconds() -> None:
-    walker = person(WALKING, (8.0, 5.0), (-0.5, 0.0))
-    along = [(x, 5.0) for x in (8.0, 7.0, 6.4)]
-    assert min(costs(OncomingLayer(), meeting(1.0, 9.5, walker), *along)) >= 247
-    beside = costs(OncomingLayer(), meeting(1.0, 9.5, walker), (7.0, 5.53), (7.0, 4.47), (7.0, 6.06))
-    assert beside == pytest.approx([g(1.0), g(1.0), g(4.0)], abs=4.0)
-    (beyond,) = costs(OncomingLayer(), meeting(1.0, 9.5, walker), (4.4, 5.0))
-    assert beyond < g(4.0)
+def test_whoever_comes_towards_the_robot_costs_from_where_they_meet_as_far_as_they_get_in_4_seconds() -> None:
+    """They are 7 m apart and close in at 1.5 m/s: they meet 4.67 m from the robot, and 4 s are 2 m, 1.33 m before."""
+    scene = met((1.0, 5.0), person(WALKING, (8.0, 5.0), (-0.5, 0.0)))
+    layer = OncomingLayer(robot_speed=1.0)
+    assert min(costs(layer, scene, *((x, 5.0) for x in (5.6, 5.0, 4.4)))) == 252
+    assert costs(layer, scene, (5.0, 5.53), (5.0, 4.47), (5.0, 6.06)) == pytest.approx([g(1.0), g(1.0), g(4.0)], abs=4)
+    # A cell of 0.05 m nearer to the walker is 0.075 m farther behind where they will be.
+    assert costs(layer, scene, (6.02, 5.0), (3.98, 5.0)) == pytest.approx([g(1.0), g(1.0)], abs=24)
+    assert max(costs(layer, scene, (7.0, 5.0), (3.0, 5.0))) < g(7.0)
 
 
-@pytest.mark.parametrize(
-    ("robot_x", "goal_x", "posture", "why"),
-    [
-        (1.0, 5.0, WALKING, "the robot stops before it meets them"),
-        (9.5, 1.0, WALKING, "the robot overtakes them"),
-        (9.5, 9.0, WALKING, "they walk away from both"),
-        (1.0, 9.5, STANDING, "they stand"),
-    ],
-)
-def test_who_does_not_come_towards_the_robot_has_no_way_that_costs(
-    robot_x: float, goal_x: float, posture: Posture, why: str
+def test_the_robot_passes_behind_whoever_crosses_its_way() -> None:
+    """It could be on their way after 4 s, when they are 2 m farther on, at y = 5; the next 2 m are theirs."""
+    scene = met((2.0, 5.0), person(WALKING, (6.0, 7.0), (0.0, -0.5)))
+    layer = OncomingLayer(robot_speed=1.0)
+    assert min(costs(layer, scene, (6.0, 5.0), (6.0, 4.0), (6.0, 3.2))) >= 247
+    assert max(costs(layer, scene, (6.0, 6.6), (6.0, 7.0), (6.0, 8.0))) < g(7.0)
+    way = planned(layer, scene, (10.0, 5.0))
+    assert 5.7 < np.interp(6.0, way[:, 0], way[:, 1]) < 6.7
+
+
+def planned(layer: Layer, scene: Scene, goal: tuple[float, float]) -> Array:
+    """The cheapest way through an empty room with one layer, (n, 2) [m]."""
+    costmap = room()
+    layer.apply(costmap, scene)
+    assert scene.pose_robot_in_world is not None
+    way = astar(costmap, scene.pose_robot_in_world.position, np.array(goal) - 0.01)
+    assert way is not None
+    return way.points_in_world
+
+
+def test_a_faster_robot_meets_people_sooner() -> None:
+    scene = met((2.0, 5.0), person(WALKING, (6.0, 7.0), (0.0, -0.5)))
+    assert costs(OncomingLayer(robot_speed=2.0), scene, (6.0, 6.0))[0] >= 247  # after 2 s
+    assert costs(OncomingLayer(robot_speed=0.5), scene, (6.0, 5.0))[0] < g(3.0)  # after 8 s they are at y = 3
+
+
+@given(robot=places, walker=places, heading=st.floats(-4.0, 4.0), speed=st.floats(0.2, 1.5), row=st.integers(0, 199))
+@settings(max_examples=50, deadline=None)
+def test_the_way_of_a_walker_costs_what_its_definition_says(
+    robot: tuple[float, float], walker: tuple[float, float], heading: float, speed: float, row: int
 ) -> None:
-    costmap = room()
-    OncomingLayer().apply(costmap, meeting(robot_x, goal_x, person(posture, (8.0, 5.0), (-0.5, 0.0))))
-    assert not costmap.cost.any(), why
+    costmap, direction = room(), np.array([math.cos(heading), math.sin(heading)])
+    scene = met(robot, person(WALKING, walker, (speed * direction[0], speed * direction[1]), heading))
+    OncomingLayer(robot_speed=0.8, horizon=3.0, side=0.4, amplitude=0.9).apply(costmap, scene)
+    for column in range(0, 200, 7):
+        place = costmap.cell_to_world(np.array([row, column]))
+        there = np.array(walker) + speed * math.dist(place, robot) / 0.8 * direction
+        way = there + np.linspace(0.0, 3.0, 2000)[:, None] * speed * direction
+        nearest = np.hypot(*(way - place).T).min()
+        expected = 252.0 * 0.9 * math.exp(-0.5 * (nearest / 0.4) ** 2)
+        assert costmap.cost[row, column] == pytest.approx(expected, abs=0.6)
 
 
-def test_without_a_robot_or_a_task_nobody_comes_towards_it() -> None:
+@pytest.mark.parametrize("posture", [STANDING, SEATED])
+def test_who_does_not_walk_has_no_way_before_them(posture: Posture) -> None:
     costmap = room()
-    OncomingLayer().apply(costmap, Scene(0.0, (person(WALKING, (8.0, 5.0), (-0.5, 0.0)),)))
+    scene = met((1.0, 5.0), person(posture, (8.0, 5.0), (-0.5, 0.0)))
+    OncomingLayer(robot_speed=1.0).apply(costmap, scene)
+    assert not costmap.cost.any()
+
+
+def test_without_a_robot_nobody_is_met() -> None:
+    costmap = room()
+    OncomingLayer(robot_speed=1.0).apply(costmap, Scene(0.0, (person(WALKING, (8.0, 5.0), (-0.5, 0.0)),)))
     assert not costmap.cost.any()
 
 

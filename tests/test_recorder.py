@@ -8,11 +8,12 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import Detections, DeviceMessage, FrameDetections, RecoveryStep, Status
+from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth, RecoveryStep, Status
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
+    FramesRecorder,
     MessagesRecorder,
     StatusRecorder,
     TraceRecorder,
@@ -112,6 +113,18 @@ def test_seats_seen_empty_have_a_row_each_with_their_frame(tmp_path: Path):
         "time,camera,seat",
         "0.050000,ceiling,couch",
         "0.050000,ceiling,chair",
+    ]
+
+
+def test_frames_have_a_row_each_with_the_tick_of_their_arrival_and_what_their_pixels_told(tmp_path: Path):
+    health = ImageHealth(4_000_000_000, 120.5, 25.25, (30.125, -0.5))
+    late = replace(found(frame(time=-0.45)), health=health)
+    unknown = found(IMAGE)
+    write(FramesRecorder(tmp_path / "frames.csv"), (tick(1, detections=[late, unknown]),))
+    assert (tmp_path / "frames.csv").read_text().splitlines() == [
+        "time,camera,exposed,checksum,brightness,contrast,shift_right,shift_down",
+        "0.050000,ceiling,-0.450000,4000000000,120.500000,25.250000,30.125000,-0.500000",
+        "0.050000,ceiling,0.050000,,,,,",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Whole episodes of robots that cannot go on: people who make way or do not, a box in the door, a robot carried away."""
+"""Whole episodes of robots that cannot go on: people who make way or do not, a box, a robot that is carried away."""
 
 import csv
 import json

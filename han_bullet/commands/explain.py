@@ -67,6 +67,9 @@ def _print_head(explanation: Explanation, console: Console) -> None:
     console.print(title, soft_wrap=True)
     for warning in explanation.warnings:
         console.print(f"[yellow]not certain[/]: {escape(warning)}", soft_wrap=True)
+    for fault in explanation.faults:
+        told = f"{fault.sensor} was known to be {fault.kind} since {fault.since:.2f} s"
+        console.print(f"[yellow]fault[/]: {told}", soft_wrap=True)
 
 
 def _print_people(explanation: Explanation, console: Console) -> None:

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from han_bullet.commands.fault_option import HELP, fault
 from han_bullet.commands.parsing import Commands, Parser, command, names, natural, output_folder, positive
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run real2 --without overtake,personal_walking\n"
         "  han-bullet run real2 --mirrored --check\n"
         "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
-        "  han-bullet run real3 --mqtt localhost",
+        "  han-bullet run real3 --mqtt localhost\n"
+        "  han-bullet run real2 --fault camera2=frozen@5 --fault camera1=dropped:0.5\n"
+        "  han-bullet run real2 --fault all=black@3-6   (all cameras, from 3 s to 6 s)",
     )
     add_option = parser.add_argument
     add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
@@ -69,6 +72,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option(
         "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
     )
+    add_option("--fault", type=fault, action="append", default=[], dest="faults", metavar="FAULT", help=HELP)
     add_option(
         "--out", type=output_folder, metavar="DIR", help="folder of the results (default runs/NAME of the world file)"
     )
@@ -105,11 +109,13 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         video=options.video,
         gui=options.gui,
         mqtt=options.mqtt,
+        faults=tuple(options.faults),
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)
     result = run_world(options.world, run_options, folder, hooks=[bar])
     _print_metrics(result, console)
+    _print_faults(result, console)
     if result.gave_up is not None:
         console.print(f"[red]gave up[/]: {result.gave_up}", soft_wrap=True)
     failed = [check for check in result.checks if not check.passed]
@@ -122,6 +128,17 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     if options.video:
         console.print(f"video: {folder / 'video.mp4'}", markup=False, soft_wrap=True)
     return 1 if options.check and failed else 0
+
+
+def _print_faults(result: RunResult, console: Console) -> None:
+    """Print what the robot noticed of its sensors, if anything."""
+    if not result.faults:
+        return
+    table = Table("sensor", "fault noticed", "from [s]", "until [s]", title_justify="left")
+    for noticed in result.faults:
+        until = "the end" if noticed.until is None else f"{noticed.until:.2f}"
+        table.add_row(noticed.fault.sensor, noticed.fault.kind, f"{noticed.fault.since:.2f}", until)
+    console.print(table)
 
 
 def _print_metrics(result: RunResult, console: Console) -> None:

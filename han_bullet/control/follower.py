@@ -72,6 +72,7 @@ class Follower:
         estimate: PoseEstimate,
         people: Sequence[TrackedPerson],
         costmap: Costmap,
+        speed_factor: float = 1.0,
     ) -> tuple[Twist2D, Status]:
         """Return the command for the next control period, and what the robot is up to.
 
@@ -83,12 +84,15 @@ class Follower:
             estimate: Where the robot is at this tick; it stops where it does not know.
             people: Confirmed tracks.
             costmap: What the way was planned on.
+            speed_factor: Part of the largest speed that its sensors allow, in [0, 1]; with 0 it stops and waits.
         """
         pose = estimate.pose_robot_in_world
         if estimate.lost:
             return self._command(np.zeros(2), 0.0, pose), Status.LOST
         if self._has_arrived(goal, pose):
             return self._command(np.zeros(2), 0.0, pose), Status.ARRIVED
+        if speed_factor == 0.0:
+            return self._command(np.zeros(2), 0.0, pose), Status.BLIND
         if pose.distance_to(goal.position) <= self.tolerance_position:  # even if somebody now blocks the goal's cell
             path = path or Path(np.vstack([pose.position, goal.position]), 0.0)
         if path is None:
@@ -103,7 +107,8 @@ class Follower:
         yielding = False
         if pose.distance_to(goal.position) > CLOSE_ENOUGH * self.tolerance_position:
             target = self._target(way, costmap)
-            velocity, yielding = self._velocity(way, target, wrap_angle(yaw - pose.yaw), people)
+            fastest = speed_factor * self.max_speed
+            velocity, yielding = self._velocity(way, target, fastest, wrap_angle(yaw - pose.yaw), people)
         return self._command(velocity, self._turn(yaw - pose.yaw), pose), Status.YIELDING if yielding else Status.MOVING
 
     def overruled(self, command: Twist2D, pose: Pose2D) -> None:
@@ -140,7 +145,7 @@ class Follower:
         return target
 
     def _velocity(
-        self, way: Way, target: Array, facing_error: float, people: Sequence[TrackedPerson]
+        self, way: Way, target: Array, fastest: float, facing_error: float, people: Sequence[TrackedPerson]
     ) -> tuple[Array, bool]:
         """Return the wanted velocity in the world, (2,) [m/s], and whether a person holds the robot up."""
         to_target = target - way.start
@@ -148,7 +153,7 @@ class Follower:
         if distance < 1e-6:
             return np.zeros(2), False
         direction = to_target / distance
-        speed = min(self.max_speed, math.sqrt(2.0 * BRAKING * self.max_acceleration * way.length))
+        speed = min(fastest, math.sqrt(2.0 * BRAKING * self.max_acceleration * way.length))
         speed = min(speed, self._curve_speed(direction, distance))
         if way.length > TURN_AT:
             speed *= max(math.cos(facing_error), SLOWEST_FACING_AWAY)

@@ -1,4 +1,4 @@
-"""The layers of the costmap, in order: the paper's eight, what the laser sees beyond the map, people who come near."""
+"""The layers of the costmap, in order: the paper's eight, what the laser sees beyond the map, where walkers will be."""
 
 from __future__ import annotations
 
@@ -65,6 +65,7 @@ def standard_layers(
     boxes: Sequence[SolidBox],
     *,
     robot_radius: float,
+    robot_speed: float = 1.0,
     inflation_radius: float = 0.55,
     cost_scaling_factor: float = 10.0,
     pass_side: str = "left",
@@ -76,6 +77,7 @@ def standard_layers(
     Args:
         boxes: Walls, furniture and devices.
         robot_radius: Of the footprint [m].
+        robot_speed: The highest [m/s].
         inflation_radius: Where the cost of walls ends [m].
         cost_scaling_factor: Its decay [1/m].
         pass_side: On which side of a walking person the robot overtakes, "left" or "right".
@@ -97,6 +99,7 @@ def standard_layers(
         },
         "body": {"robot_radius": robot_radius},
         "overtake": {"pass_side": pass_side},
+        "oncoming": {"robot_speed": robot_speed},
     }
     return [
         layer(**(given.get(layer.name, {}) | chosen.get(layer.name, {})))

@@ -11,8 +11,9 @@ from dataclasses import replace
 
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.empty_seats import SeatInView
+from han_bullet.detection.image_health import image_health
 from han_bullet.detection.search_area import Both, SearchArea
-from han_bullet.detection.still_scene import ChangedArea, StillScene, may_hold
+from han_bullet.detection.still_scene import Cells, ChangedArea, StillScene, may_hold
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections, Frame, FrameDetections
 
@@ -63,14 +64,20 @@ class CameraDetector(FrameDetector):
 
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
         """Return the people in each frame, in the order of the frames, as the image detector orders them."""
-        return [self._find(frame).at(frame.camera, frame.time) for frame in frames]
+        return [self._look(frame) for frame in frames]
 
-    def _find(self, frame: Frame) -> Detections:
+    def _look(self, frame: Frame) -> FrameDetections:
         scene = self._scenes.get(frame.camera) if frame.fixed else None
         area = self._areas.get(frame.camera)
         if scene is None:
-            return self.detector.decide(frame.image, self.detector.propose(frame.image, area))
+            found = self.detector.decide(frame.image, self.detector.propose(frame.image, area))
+            return found.at(frame.camera, frame.time, image_health(frame.image))
         changes = scene.changes(frame.image)
+        found = self._find(frame, scene, changes)
+        return found.at(frame.camera, frame.time, image_health(frame.image, scene.shift(frame.image, changes)))
+
+    def _find(self, frame: Frame, scene: StillScene, changes: Cells) -> Detections:
+        area = self._areas.get(frame.camera)
         empty = tuple(seat.name for seat in self._seats.get(frame.camera, ()) if seat.is_empty(changes))
         if not may_hold(changes, self.detector.smallest_area):
             return replace(Detections.none(), empty_seats=empty)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from han_bullet.detection.foot_edge import foot_rows
 from han_bullet.detection.overlap import intersection_over_union
 from han_bullet.detection.pictures import Image
+from han_bullet.detection.scene_shift import scene_shift
 from han_bullet.detection.search_area import SearchArea, Windows
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
@@ -32,6 +33,8 @@ CHANGED_LEVEL = 11  # [grey levels]
 LEAST_CHANGED_PART = 0.08
 # A box that the empty scene gives too needs more: a passer-by who covers a corner of it explains nothing.
 LEAST_CHANGED_PART_OF_REPEATED = 0.2
+# With less of an image changed, the camera has not moved: half a degree changes 8 % of what our cameras see, or more.
+LEAST_MOVED_PART = 0.06
 # Boxes of one mistake jump between neighbouring scales (2 ** (1/8)) and cells from frame to frame; two with this
 # overlap (intersection over union) are the same.
 SAME_PLACE_OVERLAP = 0.5
@@ -61,6 +64,13 @@ class StillScene:
         red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
         changed: Cells = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
         return changed
+
+    def shift(self, image: Image, changes: Cells) -> tuple[float, float]:
+        """Return how far the scene has moved in an image with these changes, right and down [px]; see `scene_shift`."""
+        if changes.mean() < LEAST_MOVED_PART:  # nearly every image: people alone
+            return 0.0, 0.0
+        right, down = scene_shift(self._cells, _cell_means(image))
+        return CELL * right, CELL * down
 
     def keep(self, changes: Cells, boxes: Array) -> NDArray[np.bool_]:
         """Tell which boxes, shape (n, 4) [px], of the image with these changes may hold a person; shape (n,)."""

@@ -43,6 +43,7 @@ def explain(replayed: Replay) -> Explanation:
         strays,
         boxes,
         WayReport(replayed, owners).explain(),
+        replayed.tick.decision.faults,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from han_bullet.geometry import Array
-from han_bullet.messages import RecoveryStep, Status
+from han_bullet.messages import Fault, RecoveryStep, Status
 
 Place = tuple[float, float]
 
@@ -176,6 +176,7 @@ class Explanation:
         strays: Tracks of nobody.
         detections: Of the cameras' last frames.
         way: Where the robot goes, and why.
+        faults: What the robot knew to be wrong with its cameras and devices.
     """
 
     world: str
@@ -187,3 +188,4 @@ class Explanation:
     strays: tuple[StrayExplained, ...]
     detections: tuple[DetectionExplained, ...]
     way: WayExplained
+    faults: tuple[Fault, ...] = ()

@@ -15,6 +15,7 @@ from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import (
     Detections,
     DeviceMessage,
+    ImageHealth,
     LaserScan,
     PoseEstimate,
     Posture,
@@ -22,7 +23,7 @@ from han_bullet.messages import (
     TruePerson,
     Truth,
 )
-from han_bullet.recorder import DETECTIONS_HEADER, LASER_HEADER, ray_columns
+from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, ray_columns
 from han_bullet.run_folder import ResultFile, Step, Table, is_run, read_result, read_steps, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
@@ -33,13 +34,14 @@ TABLES = (
     "status.csv",
     "laser.csv",
     "tracks.csv",
+    "frames.csv",
     "detections.csv",
     "feet.csv",
     "empty_seats.csv",
     "messages.csv",
 )
 FILES = ("result.json", "world.yaml", *TABLES)
-Image = tuple[int, str]  # tick and camera
+Image = tuple[int, str]  # tick of the exposure, and camera
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,15 @@ class TrackRow:
 
     id: int
     state: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class FrameRow:
+    """A line of frames.csv: which camera's frame of which time [s] arrived, and what its pixels told."""
+
+    camera: str
+    exposed: float
+    health: ImageHealth | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +72,9 @@ class RecordedRun:
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
         scans: Tick -> what the laser measured.
-        detections: (tick, camera) -> what was found in that frame; frames that showed nothing are missing.
+        frames: Tick -> which frames arrived.
+        detections: (tick of the exposure, camera) -> what was found in that frame; frames that showed nothing are
+            missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
         steps: What the robot tried where it could not go on.
@@ -73,6 +86,7 @@ class RecordedRun:
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
     scans: Mapping[int, LaserScan]
+    frames: Mapping[int, Sequence[FrameRow]]
     detections: Mapping[Image, Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
@@ -128,6 +142,7 @@ def read_run(folder: Path) -> RecordedRun:
         truths,
         _poses(read_table(folder / "poses.csv")),
         _scans(read_table(folder / "laser.csv")),
+        _frames(read_table(folder / "frames.csv")),
         detections,
         _messages(read_table(folder / "messages.csv")),
         tracks,
@@ -157,6 +172,21 @@ def _poses(table: Table) -> dict[int, PoseEstimate]:
     rows = table.numbers("time", "x", "y", "yaw", "lost").tolist()
     estimates = (PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(lost)) for time, x, y, yaw, lost in rows)
     return dict(zip(table.ticks().tolist(), estimates, strict=True))
+
+
+def _frames(table: Table) -> dict[int, list[FrameRow]]:
+    found: dict[int, list[FrameRow]] = {}
+    exposed = table.numbers("exposed")[:, 0].tolist()
+    told = zip(*(table.words(name) for name in FRAMES_HEADER[3:]), strict=True)
+    rows = zip(table.ticks().tolist(), table.words("camera"), exposed, told, strict=True)
+    for index, (tick, camera, time, (checksum, *numbers)) in enumerate(rows):
+        try:
+            brightness, contrast, right, down = map(float, numbers) if checksum else (0.0,) * 4
+            health = ImageHealth(int(checksum), brightness, contrast, (right, down)) if checksum else None
+        except ValueError as error:
+            raise table.unreadable(index, str(error)) from error
+        found.setdefault(tick, []).append(FrameRow(camera, time, health))
+    return found
 
 
 def _scans(table: Table) -> dict[int, LaserScan]:

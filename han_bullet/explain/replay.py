@@ -15,10 +15,11 @@ from han_bullet.coverage import empty_image
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
-from han_bullet.explain.recorded_run import RecordedRun, TrackRow
+from han_bullet.explain.recorded_run import FrameRow, RecordedRun, TrackRow
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
+    CameraImage,
     Detections,
     Frame,
     FrameDetections,
@@ -30,7 +31,7 @@ from han_bullet.messages import (
     TrackedPerson,
     Truth,
 )
-from han_bullet.stack import NavigationStack
+from han_bullet.stack import Decision, NavigationStack
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.world_schema import CONTROL_PERIOD, Sit
 
@@ -61,7 +62,7 @@ class Replay:
         run: What was replayed.
         stack: After the last tick.
         tick: The last one.
-        looks: Camera -> its last frame; cameras without one are missing.
+        looks: Camera -> its last frame of use; cameras without one are missing.
         difference: Largest between a replayed and a recorded track [m], [m/s].
         differs_since: First tick [s] with other ids, or with more than `AGREEMENT` between tracks; None: none.
     """
@@ -102,13 +103,17 @@ class RecordedDetector(FrameDetector):
 
     def __init__(self, run: RecordedRun) -> None:
         self._run = run
+        rows = [row for frames in run.frames.values() for row in frames]
+        self._health = {(round(row.exposed / CONTROL_PERIOD), row.camera): row.health for row in rows}
 
     def detect(self, frames: Sequence[Frame]) -> list[FrameDetections]:
-        """Return the recorded boxes of each frame."""
-        recorded = self._run.detections
-        ticks = [round(frame.time / CONTROL_PERIOD) for frame in frames]
-        boxes = [recorded.get((tick, f.camera), Detections.none()) for tick, f in zip(ticks, frames, strict=True)]
-        return [found.at(frame.camera, frame.time) for found, frame in zip(boxes, frames, strict=True)]
+        """Return the recorded boxes of each frame, and what its pixels told."""
+        return [self._look(frame) for frame in frames]
+
+    def _look(self, frame: Frame) -> FrameDetections:
+        key = (round(frame.time / CONTROL_PERIOD), frame.camera)
+        found = self._run.detections.get(key, Detections.none())
+        return found.at(frame.camera, frame.time, self._health.get(key))
 
 
 def replay(run: RecordedRun, time: float) -> Replay:
@@ -121,20 +126,27 @@ def replay(run: RecordedRun, time: float) -> Replay:
     stack = _stack(run)
     looks: dict[str, Look] = {}
     differences = []
-    for number, truth in enumerate(run.truths[: last + 1]):
+    for number in range(last + 1):
         observation = _observation(run, number)
         decision = stack.step(observation)
-        looks |= {s.camera: Look(f, s, truth) for f, s in zip(decision.detections, decision.scans, strict=True)}
+        looks |= _looks(run, decision)
         differences.append(_apart(decision.people, run.tracks.get(number, ())))
     first = next((number for number, apart in enumerate(differences) if apart > AGREEMENT), None)
     return Replay(
         run,
         stack,
-        Tick(observation, decision, truth),
+        Tick(observation, decision, run.truths[last]),
         looks,
         max(differences),
         None if first is None else run.truths[first].time,
     )
+
+
+def _looks(run: RecordedRun, decision: Decision) -> dict[str, Look]:
+    """Return what each camera had that gave a frame of use, with the truth of its exposure."""
+    found = {detections.camera: detections for detections in decision.detections}
+    exposed = {scan.camera: run.truths[round(scan.time / CONTROL_PERIOD)] for scan in decision.scans}
+    return {scan.camera: Look(found[scan.camera], scan, exposed[scan.camera]) for scan in decision.scans}
 
 
 def _stack(run: RecordedRun) -> NavigationStack:
@@ -153,17 +165,23 @@ def _stack(run: RecordedRun) -> NavigationStack:
         without=[layer.name for layer in STANDARD if layer.name not in result.layers],
         pass_side=result.pass_side,
         devices=known_devices(world, result.device_session),
+        sees=run.sees,
+        own_senses=False,
     )
 
 
 def _observation(run: RecordedRun, number: int) -> Observation:
     """Return what the robot sensed at a tick, with images that have no pixels; where it was is known, not odometry."""
     truth = run.truths[number]
-    due = [camera for camera in run.world.cameras if run.sees and number % camera.ticks_per_frame == 0]
-    images = tuple(empty_image(camera, truth.time) for camera in due)
+    images = tuple(_image(run, row) for row in run.frames.get(number, ()))
     messages = tuple(map(write_payload, run.messages.get(number, ())))
     nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
     return Observation(truth.time, nowhere, run.scans.get(number), images, messages)
+
+
+def _image(run: RecordedRun, row: FrameRow) -> CameraImage:
+    """Return an image without pixels."""
+    return empty_image(run.world.camera(row.camera), row.exposed)
 
 
 def _apart(people: Sequence[TrackedPerson], recorded: Sequence[TrackRow]) -> float:

@@ -49,11 +49,7 @@ class Fit:
 
     def clearly_better_than(self, other: Fit) -> bool:
         """Tell whether this is another pose, and the scan clearly speaks for it."""
-        return self.differs_from(other) and self.log_likelihood - other.log_likelihood > BETTER
-
-    def differs_from(self, other: Fit) -> bool:
-        """Tell whether the poses are different ones."""
-        return differ(self.pose, other.pose)
+        return differ(self.pose, other.pose) and self.log_likelihood - other.log_likelihood > BETTER
 
 
 def differ(one: Pose2D, other: Pose2D) -> bool:

@@ -13,7 +13,7 @@ from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.monte_carlo import MonteCarlo
 from han_bullet.localization.scan_matching import ScanMatcher
 
-CANDIDATES = 8
+CANDIDATES = 24  # clusters, most of them parts of the same place
 VICINITY = np.diag([0.3, 0.3, math.radians(15.0)]) ** 2  # of a cluster's mean, within which the pose is looked for
 AGREEING = 3  # scans in a row that must find the same pose, and no other that fits nearly as well
 AT_REST = 10  # scans after which only a robot that moves learns more; without end, chance would choose among equals
@@ -37,6 +37,8 @@ class GlobalSearch:
         self._since = Pose2D(0.0, 0.0, 0.0)
         self._scans_here = 0
         self._agreeing = 0
+        # Places that fit as well as the best: only a scan rules one out, not chance in drawing particles.
+        self._rivals: list[Pose2D] = []
         self.pose, self.covariance = believed, particles.covariance()
         self.found = False
 
@@ -44,6 +46,7 @@ class GlobalSearch:
         """Go along with the odometry."""
         self._particles.move(step)
         self.pose = self.pose.compose(step)
+        self._rivals = [rival.compose(step) for rival in self._rivals]
         self._since = self._since.compose(step)
         if math.hypot(self._since.x, self._since.y) > MOVED[0] or abs(self._since.yaw) > MOVED[1]:
             self._since, self._scans_here = Pose2D(0.0, 0.0, 0.0), 0
@@ -54,17 +57,23 @@ class GlobalSearch:
         if self._scans_here > AT_REST:
             return
         self._particles.weigh(beams)
-        matched = [
-            self._matcher.match(Pose2D(*mean), VICINITY, beams)
-            for mean in self._particles.clusters(CANDIDATES).tolist()
-        ]
+        means = [Pose2D(*mean) for mean in self._particles.clusters(CANDIDATES).tolist()]
+        matched = [self._matcher.match(mean, VICINITY, beams) for mean in [*self._rivals, *means]]
         fits = [Fit.of(pose, beams, self._field) for pose, _ in matched]
         best = max(range(len(fits)), key=lambda k: fits[k].log_likelihood)
-        alone = fits[best].good and all(
-            fits[best].clearly_better_than(other) for other in fits if other.differs_from(fits[best])
-        )
+        self._rivals = _apart([fit.pose for fit in fits if not fits[best].clearly_better_than(fit)])[:CANDIDATES]
+        alone = fits[best].good and not any(differ(rival, fits[best].pose) for rival in self._rivals)
         same = not differ(fits[best].pose, self.pose)
         self._agreeing = (self._agreeing + 1 if same else 1) if alone else 0
         self.found = self._agreeing >= AGREEING
         self.pose = fits[best].pose
         self.covariance = matched[best][1] if self.found else self._particles.covariance()
+
+
+def _apart(poses: list[Pose2D]) -> list[Pose2D]:
+    """Return poses without those that are nearly the same as an earlier one."""
+    kept: list[Pose2D] = []
+    for pose in poses:
+        if all(differ(pose, other) for other in kept):
+            kept.append(pose)
+    return kept

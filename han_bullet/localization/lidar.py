@@ -15,6 +15,7 @@ from han_bullet.localization.localizer import Localization
 from han_bullet.localization.monte_carlo import MonteCarlo
 from han_bullet.localization.occupancy_grid import OccupancyGrid
 from han_bullet.localization.odometry_model import OdometryModel
+from han_bullet.localization.pose_filter import PoseFilter
 from han_bullet.localization.scan_matching import ScanMatcher
 from han_bullet.messages import LaserScan, Odometry, PoseEstimate
 
@@ -52,42 +53,36 @@ class LidarLocalization(Localization):
         self._health = Health(self._field, self._matcher, generator)
         self._search: GlobalSearch | None = None
         self._odometry: deque[Odometry] = deque(maxlen=REMEMBERED)
-        self._pose, self._covariance = start, np.array(start_covariance, float)
+        self._tracked = PoseFilter(start, start_covariance, self._odometry_model)
         self._lost = False
 
     def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
         """Move by the odometry, then look at the scan; once lost, stay so until a search has found the robot."""
         last = self._odometry[-1] if self._odometry else odometry
         self._odometry.append(odometry)
-        self._move(last.pose_robot_in_odom.relative(odometry.pose_robot_in_odom))
+        (self._search or self._tracked).move(last.pose_robot_in_odom.relative(odometry.pose_robot_in_odom))
         scanner = None if scan is None else self._scanner_now(scan)
         if scan is not None and scanner is not None:
             self._look(scan.time, Beams.of_scan(scan, scanner))
-        return PoseEstimate(odometry.time, self._pose, self._covariance, self._lost)
+        believed = self._search or self._tracked
+        return PoseEstimate(odometry.time, believed.pose, believed.covariance, self._lost)
 
     def relocalize(self) -> None:
         """Scatter particles over the map; the scans to come decide."""
         particles = MonteCarlo(self._grid, self._field, self._odometry_model, self._generator)
-        self._search = GlobalSearch(particles, self._field, self._matcher, self._pose)
-        self._covariance, self._lost = self._search.covariance, True
-
-    def _move(self, step: Pose2D) -> None:
-        if self._search is None:
-            self._pose, self._covariance = self._odometry_model.moved(self._pose, self._covariance, step)
-        else:
-            self._search.move(step)
-            self._pose = self._search.pose
+        believed = (self._search or self._tracked).pose
+        self._search, self._lost = GlobalSearch(particles, self._field, self._matcher, believed), True
 
     def _look(self, time: float, beams: Beams) -> None:
         if self._search is None:
-            self._pose, self._covariance = self._matcher.match(self._pose, self._covariance, beams)
-            self._lost = self._health.lost(time, self._pose, beams) or self._lost
+            self._tracked.take_in(*self._matcher.match(self._tracked.pose, self._tracked.covariance, beams))
+            self._lost = self._health.lost(time, self._tracked.pose, beams) or self._lost
             return
         self._search.look(beams)
-        self._pose, self._covariance = self._search.pose, self._search.covariance
         if self._search.found:
-            self._search, self._lost = None, False
+            self._tracked = PoseFilter(self._search.pose, self._search.covariance, self._odometry_model)
             self._health = Health(self._field, self._matcher, self._generator)
+            self._search, self._lost = None, False
 
     def _scanner_now(self, scan: LaserScan) -> Pose2D | None:
         """Return where the scanner was when it measured, in the body frame of now; None if that was too long ago."""

@@ -11,12 +11,14 @@ from han_bullet.localization.beams import Beams
 from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.occupancy_grid import FREE, OccupancyGrid
 from han_bullet.localization.odometry_model import OdometryModel
-from han_bullet.localization.particles import drawn, effective_count, sufficient_count
+from han_bullet.localization.particles import drawn, effective_count, sufficient_count, tempered
 
 DENSITY = 200.0  # samples per square metre of free floor at first
 LEAST, MOST = 500, 60_000  # samples
+MOST_DRAWN = 8_000  # once scans have told where it is worth looking
 BEAMS = 36  # of a scan: neighbours tell the same
 TEMPER = 0.2  # power of the likelihood: even these are not independent
+EFFECTIVE = 300.0  # samples at least that a scan leaves with weight, so that no place is lost by chance
 SOFTEST, SOFTENING, HARDEST = 0.25, 0.6, 0.1  # deviation of the beams' ends [m]: at first, by each scan, at last
 INJECTED = 0.1  # share of samples that are drawn from everywhere, against having lost the true place
 
@@ -42,7 +44,7 @@ class MonteCarlo:
         self._resolution = grid.resolution
         count = round(DENSITY * len(self._corners) * grid.resolution**2)
         self.poses = self._anywhere(min(max(count, LEAST), MOST))
-        self.weights = np.full(len(self.poses), 1.0 / len(self.poses))
+        self.weights: Array = np.full(len(self.poses), 1.0 / len(self.poses))
         self.scans = 0
 
     def move(self, step: Pose2D) -> None:
@@ -52,16 +54,15 @@ class MonteCarlo:
     def weigh(self, beams: Beams) -> None:
         """Take in a scan, and draw anew where few samples have the weight."""
         deviation = max(SOFTEST * SOFTENING**self.scans, HARDEST)
-        logs = TEMPER * self._field.likelihoods(self.poses, beams.some(BEAMS), deviation)[0]
-        weights = self.weights * np.exp(logs - logs.max())
-        self.weights = weights / weights.sum()
+        logs, _, _ = self._field.likelihoods(self.poses, beams.some(BEAMS), deviation)
+        self.weights = tempered(self.weights, logs, TEMPER, EFFECTIVE)
         self.scans += 1
         if effective_count(self.weights) < 0.5 * len(self.weights):
             self._draw(deviation)
 
     def _draw(self, deviation: float) -> None:
         chosen = self.poses[drawn(self.weights, len(self.poses), self._generator)]
-        count = sufficient_count(chosen, LEAST, MOST)
+        count = sufficient_count(chosen, LEAST, MOST_DRAWN)
         chosen = self.poses[drawn(self.weights, count, self._generator)]
         # Copies of a sample part by as much as the likelihood cannot tell.
         scatter = 0.4 * deviation * np.array([1.0, 1.0, 0.5])

@@ -19,6 +19,33 @@ def effective_count(weights: Array) -> float:
     return 1.0 / float(weights @ weights)
 
 
+def tempered(weights: Array, logs: Array, power: float, least: float) -> Array:
+    """Return weights times likelihood^power, (n,), summing to 1; with less power where few samples would have it all.
+
+    A sample that happens to be near one of several places that are equally likely would else outdo the others.
+
+    Args:
+        weights: Before, shape (n,).
+        logs: Log-likelihoods, shape (n,).
+        power: At most.
+        least: How many samples the weights are to be worth, if they were so before.
+    """
+    low, high = 0.0, power
+    found = _normalized(weights * np.exp(power * (logs - logs.max())))
+    for _ in range(12):
+        if low == 0.0 and high == power and effective_count(found) >= least:
+            return found
+        middle = 0.5 * (low + high)
+        found = _normalized(weights * np.exp(middle * (logs - logs.max())))
+        low, high = (middle, high) if effective_count(found) >= least else (low, middle)
+    return _normalized(weights * np.exp(low * (logs - logs.max())))
+
+
+def _normalized(weights: Array) -> Array:
+    normalized: Array = weights / weights.sum()
+    return normalized
+
+
 def sufficient_count(poses: Array, least: int, most: int) -> int:
     """Return how many samples represent a distribution that fills as many bins as these poses, (n, 3), do.
 

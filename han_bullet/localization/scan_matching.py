@@ -13,6 +13,9 @@ from han_bullet.localization.likelihood_field import LikelihoodField
 
 STEPS = 20
 CONVERGED = 1e-5  # [m] and [rad]
+# A cell in which the distance bends by more [cells] is at a corner. A beam that ends beyond one draws the pose back;
+# where before it a beam ends tells nothing of the corner: its word has one side only, and no deviation.
+CURVED = 0.15
 
 
 class ScanMatcher:
@@ -26,7 +29,7 @@ class ScanMatcher:
         self,
         field: LikelihoodField,
         *,
-        deviation: float = 0.03,
+        deviation: float = 0.02,
         outlier: float = 0.05,
         independent: float = 0.5,
     ) -> None:
@@ -87,7 +90,9 @@ def _most_likely(
     """Return the pose that costs least, shape (3,), and the information of the scan there, (3, 3)."""
     pose, damping = start.copy(), 1e-6
     weight = independent / deviation**2
-    hessian, slope, cost = _normal_equations(distance, origin_x, origin_y, resolution, ends, pose, deviation, outlier)
+    hessian, certain, slope, cost = _normal_equations(
+        distance, origin_x, origin_y, resolution, ends, pose, deviation, outlier
+    )
     off = pose - prediction
     cost = independent * cost + 0.5 * float(off @ information @ off)
     for _ in range(STEPS):
@@ -95,11 +100,11 @@ def _most_likely(
         damped = curvature + damping * np.diag(np.diag(curvature))
         step = -np.linalg.solve(damped, weight * slope + information @ (pose - prediction))
         tried = pose + step
-        h, g, c = _normal_equations(distance, origin_x, origin_y, resolution, ends, tried, deviation, outlier)
+        h, k, g, c = _normal_equations(distance, origin_x, origin_y, resolution, ends, tried, deviation, outlier)
         off = tried - prediction
         c = independent * c + 0.5 * float(off @ information @ off)
         if c <= cost:
-            pose, hessian, slope, cost = tried, h, g, c
+            pose, hessian, certain, slope, cost = tried, h, k, g, c
             damping = max(0.1 * damping, 1e-9)
             if np.abs(step).max() < CONVERGED:
                 break
@@ -107,7 +112,7 @@ def _most_likely(
             damping = max(10.0 * damping, 1e-3)
             if damping > 1e6:
                 break
-    return pose, weight * hessian
+    return pose, weight * certain
 
 
 @numba.njit(cache=True)
@@ -120,11 +125,11 @@ def _normal_equations(
     pose: Array,
     deviation: float,
     outlier: float,
-) -> tuple[Array, Array, float]:
-    """Return J^T W J, J^T W d and -log p of the ends, shape (n, 2) [m], at a pose, of their distances d."""
+) -> tuple[Array, Array, Array, float]:
+    """Return J^T W J, what of it is of flat surfaces, J^T W d and -log p of ends, shape (n, 2) [m], at distances d."""
     rows, columns = distance.shape
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    hessian, slope, cost = np.zeros((3, 3)), np.zeros(3), 0.0
+    hessian, certain, slope, cost = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3), 0.0
     jacobian = np.zeros(3)
     for i in range(len(ends)):
         arm_x, arm_y = c * ends[i, 0] - s * ends[i, 1], s * ends[i, 0] + c * ends[i, 1]
@@ -142,9 +147,11 @@ def _normal_equations(
         jacobian[2] = jacobian[1] * arm_x - jacobian[0] * arm_y
         hit = math.exp(-0.5 * (d / deviation) ** 2)
         weight = hit / (hit + outlier)
+        flat = abs(d00 - d01 - d10 + d11) < CURVED * resolution
         cost -= math.log((hit + outlier) / (1.0 + outlier))
         for a in range(3):
             slope[a] += weight * jacobian[a] * d
             for b in range(3):
                 hessian[a, b] += weight * jacobian[a] * jacobian[b]
-    return hessian, slope, cost
+                certain[a, b] += flat * weight * jacobian[a] * jacobian[b]
+    return hessian, certain, slope, cost

@@ -31,8 +31,10 @@ class Television:
         if self._signal is not None and self._signal.given(robot, self._position):
             self.on = True
 
-    def tell(self, time: float, channel: DeviceChannel) -> None:
-        """Publish the state when it is new, and again every second."""
+    def tell(self, time: float, channel: DeviceChannel, *, lost: bool = False) -> None:
+        """Publish the state when it is new, and again every second; what is lost on the way, it does not know."""
         if self.on != self._told or time >= self._told_at + REPEAT_PERIOD - 1e-9:
             self._told, self._told_at = self.on, time
+            if lost:
+                return
             channel.publish(self.name, write_payload(DeviceMessage(self.name, time, self.on, channel.session)))

@@ -39,7 +39,7 @@ class WheelOdometry:
         self._heading_deviation = slip.heading
         self._rng = rng
         deviations = [slip.distance, slip.distance, slip.turn]
-        self._forward, self._sideways, self._turn = (1.0 + rng.normal(0.0, deviations)).tolist()
+        self._errors: list[float] = rng.normal(0.0, deviations).tolist()  # forward, sideways, of turns; relative
         self._true_pose = start_pose_in_world
         self._pose_in_odom = Pose2D(0.0, 0.0, 0.0)
         self._twist = Twist2D()
@@ -48,18 +48,19 @@ class WheelOdometry:
         """Return what is known at a time [s]."""
         return Odometry(time, self._pose_in_odom, self._twist)
 
-    def advance(self, pose_robot_in_world: Pose2D) -> None:
-        """Add the way of one control period, to where the robot truly is now."""
+    def advance(self, pose_robot_in_world: Pose2D, times: float = 1.0) -> None:
+        """Add the way of one control period, to where the robot truly is now, with so many times the usual slip."""
         true_twist = twist_between(self._true_pose, pose_robot_in_world, CONTROL_PERIOD)
         self._true_pose = pose_robot_in_world
-        self._twist = self._slipped(self._wheels.twist(self._wheels.speeds(true_twist)))
+        self._twist = self._slipped(self._wheels.twist(self._wheels.speeds(true_twist)), times)
         self._pose_in_odom = moved(self._pose_in_odom, self._twist, CONTROL_PERIOD)
 
-    def _slipped(self, twist: Twist2D) -> Twist2D:
-        """Return a period's twist with its errors."""
-        deviation = self._heading_deviation * math.sqrt(twist.speed * CONTROL_PERIOD)
+    def _slipped(self, twist: Twist2D, times: float) -> Twist2D:
+        """Return a period's twist with its errors, so many times as large."""
+        deviation = times * self._heading_deviation * math.sqrt(twist.speed * CONTROL_PERIOD)
         drift = deviation * float(self._rng.standard_normal()) / CONTROL_PERIOD
-        return Twist2D(twist.vx * self._forward, twist.vy * self._sideways, twist.omega * self._turn + drift)
+        forward, sideways, turn = ((1.0 + times * error) for error in self._errors)
+        return Twist2D(twist.vx * forward, twist.vy * sideways, twist.omega * turn + drift)
 
 
 def moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import camera_on_robot
+from han_bullet.geometry import Array, camera_on_robot, rotation
 from han_bullet.sim.drawn_scene import DrawnScene, Meshes
 from han_bullet.sim.image_noise import ImageNoise
 from han_bullet.sim.raster import Image, Raster, View
@@ -43,7 +43,7 @@ class Renderer:
         largest = max((3 * camera.size[0] * camera.size[1] for camera in world.cameras), default=1)
         self._noise = ImageNoise(world.image_noise, seed, largest)
         self._camera_index = {camera.name: index for index, camera in enumerate(world.cameras)}
-        self._backgrounds: dict[tuple[str, DevicesOn, tuple[str, ...]], Raster] = {}
+        self._backgrounds: dict[tuple[str, float, DevicesOn, tuple[str, ...]], Raster] = {}
 
     def render(self, camera_name: str, state: SceneState) -> Image:
         """Return the picture of one camera, shape (height, width, 3), RGB.
@@ -51,7 +51,12 @@ class Renderer:
         Raises:
             BadInputError: No camera has that name.
         """
-        return self._add_noise(self._draw(camera_name, state)[0], camera_name, state)
+        exposure = state.exposure_of(camera_name)
+        if exposure.black:
+            width, height = self._world.camera(camera_name).size
+            return self._add_noise(np.zeros((height, width, 3), np.uint8), camera_name, exposure.moment)
+        raster = self._draw(camera_name, exposure.moment, exposure.turned)[0]
+        return self._add_noise(raster.colour, camera_name, exposure.moment)
 
     def render_with_people(self, camera_name: str, state: SceneState) -> tuple[Image, tuple[Silhouette | None, ...]]:
         """Return the same picture and what it truly shows of each person, in the order of the world.
@@ -63,7 +68,7 @@ class Renderer:
         """
         raster, view, people = self._draw(camera_name, state)
         silhouettes = tuple(silhouette_of(self._add(Raster.blank(view.intrinsics), p, view), raster) for p in people)
-        return self._add_noise(raster, camera_name, state), silhouettes
+        return self._add_noise(raster.colour, camera_name, state), silhouettes
 
     def calibration_image(self, camera_name: str) -> Image:
         """Return the picture of a fixed camera with neither people nor robot, devices as at the start.
@@ -74,33 +79,37 @@ class Renderer:
         camera = self._world.camera(camera_name)
         if not isinstance(camera, CeilingCamera):
             raise BadInputError(f"camera {camera_name!r} moves; only a ceiling camera has a calibration image")
-        colour = self._background(camera, tuple((tv.name, tv.on) for tv in self._world.devices)).colour
+        devices = tuple((tv.name, tv.on) for tv in self._world.devices)
+        colour = self._background(camera, 0.0, devices).colour
         return self._noise.add(colour, self._camera_index[camera_name], CALIBRATION_FRAME)
 
     def close(self) -> None:
         """Close the scene; no more pictures can be taken."""
         self._scene.close()
 
-    def _draw(self, camera_name: str, state: SceneState) -> tuple[Raster, View, list[Meshes]]:
+    def _draw(self, camera_name: str, state: SceneState, turned: float = 0.0) -> tuple[Raster, View, list[Meshes]]:
         """Return the picture without noise, where it was taken from, and the people in it."""
         camera = self._world.camera(camera_name)
         people = self._scene.people(state.people)
         if isinstance(camera, CeilingCamera):
-            view = View(camera.intrinsics, camera.camera_in_world)
-            raster = self._background(camera, state.devices_on, state.taken_away).copy()
+            view = View(camera.intrinsics, _turned_left(camera.camera_in_world, turned))
+            raster = self._background(camera, turned, state.devices_on, state.taken_away).copy()
             self._add(raster, self._scene.robot(state.robot), view)
         else:  # without the robot: its camera looks over the base from inside the head
             mount = (camera.forward, camera.height, camera.pitch_down)
-            view = View(camera.intrinsics, camera_on_robot(state.robot.pose_in_world, *mount))
+            mounted = camera_on_robot(state.robot.pose_in_world, *mount)
+            view = View(camera.intrinsics, _turned_left(mounted, turned))
             raster = self._draw_room(view, state.devices_on, state.taken_away)
         for person in people:
             self._add(raster, person, view)
         return raster, view, people
 
-    def _background(self, camera: CeilingCamera, devices_on: DevicesOn, taken_away: tuple[str, ...] = ()) -> Raster:
-        key = (camera.name, devices_on, taken_away)
+    def _background(
+        self, camera: CeilingCamera, turned: float, devices_on: DevicesOn, taken_away: tuple[str, ...] = ()
+    ) -> Raster:
+        key = (camera.name, turned, devices_on, taken_away)
         if key not in self._backgrounds:
-            view = View(camera.intrinsics, camera.camera_in_world)
+            view = View(camera.intrinsics, _turned_left(camera.camera_in_world, turned))
             self._backgrounds[key] = self._draw_room(view, devices_on, taken_away)
         return self._backgrounds[key]
 
@@ -114,8 +123,17 @@ class Renderer:
             draw(raster, mesh, view, self._world.light)
         return raster
 
-    def _add_noise(self, raster: Raster, camera_name: str, state: SceneState) -> Image:
-        return self._noise.add(raster.colour, self._camera_index[camera_name], state.frame_number)
+    def _add_noise(self, colour: Image, camera_name: str, state: SceneState) -> Image:
+        return self._noise.add(colour, self._camera_index[camera_name], state.frame_number)
+
+
+def _turned_left(camera_in_world: Array, angle: float) -> Array:
+    """Return the pose, shape (4, 4), of a camera turned to the left about the vertical [rad]."""
+    if angle == 0.0:
+        return camera_in_world
+    turned = camera_in_world.copy()
+    turned[:2, :3] = rotation(angle) @ camera_in_world[:2, :3]
+    return turned
 
 
 def _ceiling_colour(light: Light) -> tuple[int, int, int]:

@@ -36,6 +36,7 @@ class SceneState:
         people: In the order of the world file.
         devices_on: Name and state of each device.
         taken_away: Names of the furniture that is no longer there.
+        exposures: Of the cameras with a fault; every other one shows this moment as it is.
     """
 
     time: float
@@ -44,3 +45,28 @@ class SceneState:
     people: tuple[BodyPose, ...]
     devices_on: DevicesOn = ()
     taken_away: tuple[str, ...] = ()
+    exposures: tuple[Exposure, ...] = ()
+
+    def exposure_of(self, camera: str) -> Exposure:
+        """Return what a camera takes now."""
+        faulty = (exposure for exposure in self.exposures if exposure.camera == camera)
+        return next(faulty, None) or Exposure(camera, self.time, self)
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """A picture to be taken: of which moment, and what is wrong with the camera.
+
+    Attributes:
+        camera: Name of the camera.
+        time: That the picture will claim as its exposure [s].
+        moment: The scene that it shows; a frozen camera's is in the past.
+        black: Whether no light reaches the sensor.
+        turned: To the left of how the camera was mounted, about the vertical [rad].
+    """
+
+    camera: str
+    time: float
+    moment: SceneState
+    black: bool = False
+    turned: float = 0.0

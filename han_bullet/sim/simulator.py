@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -12,6 +13,7 @@ from han_bullet.geometry import Twist2D
 from han_bullet.messages import CameraImage, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
+from han_bullet.sim.faults import CameraFaults, Faults, Shot
 from han_bullet.sim.laser import LaserScanner
 from han_bullet.sim.odometry import WheelOdometry
 from han_bullet.sim.pedestrian import Pedestrian
@@ -21,7 +23,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_schema import CONTROL_PERIOD, PHYSICS_PERIOD, Camera, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, CeilingCamera, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
@@ -48,7 +50,7 @@ class Simulator:
         Args:
             world: A concrete world; nothing in here varies it.
             renderer: Takes the pictures, and stays the caller's to close; None gives observations without frames.
-            seed: Of the errors of odometry and laser.
+            seed: Of the errors of odometry and laser, and of what faults of the world lose.
             gui: Whether to open a window on the scene.
             channel: Network of the devices, and stays the caller's to close; None takes one inside this process.
 
@@ -76,7 +78,7 @@ class Simulator:
         self._tick += 1
         for person in self._people:
             person.pose_body(CONTROL_PERIOD)
-        self._odometry.advance(self._robot.pose_in_world)
+        self._odometry.advance(self._robot.pose_in_world, self._faults.slip)
         return self._observe()
 
     def request_hand_over(self, active: bool) -> None:
@@ -139,6 +141,8 @@ class Simulator:
         bodies = {body: (box.name, box.kind) for body, box in room.bodies.items()}
         bodies |= {person.body: (person.name, "person") for person in self._people}
         self._contacts = ContactSensor(client, self._robot.body, bodies)
+        self._faults = Faults(self.world, self._seed)
+        self._camera_faults = CameraFaults(self.world.cameras, self._faults)
         self._load_senses()
         self._tick, self._step = 0, 0
         self._requests_hand_over = self._requests_way = False
@@ -192,12 +196,13 @@ class Simulator:
     def _observe(self) -> Observation:
         for device in self._devices:
             device.advance(self._robot_now())
+        self._faults.update(self._robot_now())
         self._truth = self._look()
         if self._viewer is not None:
             self._viewer.show(self.render_state)
         time = self.truth_time
         for device in self._devices:
-            device.tell(time, self._channel)
+            device.tell(time, self._channel, lost=self._faults.loses(device.name, self._tick))
         return Observation(time, self._odometry.read(time), self._scan(), self._images(), self._channel.receive())
 
     def _scan(self) -> LaserScan | None:
@@ -205,18 +210,25 @@ class Simulator:
         settings = self.world.robot.laser
         if self._laser is None or settings is None or self._tick % settings.ticks_per_scan:
             return None
+        if self._faults.loses(LASER, self._tick):
+            return None
         people = [person.body_pose for person in self._people]
         return self._laser.scan(self.truth_time, self._truth.pose_robot_in_world, people)
 
     def _images(self) -> tuple[CameraImage, ...]:
-        """Take the pictures that are due."""
-        due = [camera for camera in self.world.cameras if self._tick % camera.ticks_per_frame == 0]
-        if self._frame_source is None or not due:
+        """Take the pictures that arrive."""
+        state = self.render_state
+        shots = [] if self._frame_source is None else self._camera_faults.take(state)
+        if self._frame_source is None or not shots:
             return ()
-        images = self._frame_source.render([camera.name for camera in due], self.render_state)
-        return tuple(self._image(*pair) for pair in zip(due, images, strict=True))
+        unusual = tuple(shot.exposure for shot in shots if shot.exposure != state.exposure_of(shot.camera.name))
+        names = [shot.camera.name for shot in shots]
+        images = self._frame_source.render(names, replace(state, exposures=unusual))
+        return tuple(_image(*pair) for pair in zip(shots, images, strict=True))
 
-    def _image(self, camera: Camera, image: Image) -> CameraImage:
-        fixed = isinstance(camera, CeilingCamera)
-        mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
-        return CameraImage(camera.name, self.truth_time, image, camera.intrinsics, mount, fixed)
+
+def _image(shot: Shot, image: Image) -> CameraImage:
+    camera = shot.camera
+    fixed = isinstance(camera, CeilingCamera)
+    mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
+    return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, mount, fixed)

@@ -29,6 +29,8 @@ LIVES = {Posture.WALKING: 1.5, Posture.STANDING: 3.0, Posture.SEATED: 10.0}
 EMPTY_SEAT_LIFE = 1.0
 # Outside every view, or hidden [s]; a seated person's is as long as in view, for they stay.
 OUTSIDE_LIFE = 3.0
+# Standard deviation of a place up to which somebody is remembered whom a camera would show if it worked [m].
+WIDEST_SPREAD = 1.5
 # Closer than this two people cannot walk [m].
 DUPLICATE_DISTANCE = 0.4
 # Who appears this near to somebody who is no longer where they were, is that somebody [m].
@@ -111,6 +113,7 @@ class Track:
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
+        self._excused_until = self.born_time
         self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
         self._note_hit(scan, measurement)
 
@@ -161,6 +164,12 @@ class Track:
             since = scan.time
         self._seat_empty[scan.camera] = since, scan.time
 
+    def excuse(self, time: float) -> None:
+        """Take note that a camera that does not work would show the person at a time [s], if still roughly known."""
+        covariance = self.motion.predict(self.state, time - self.time).position_covariance
+        if float(np.linalg.eigvalsh(covariance)[-1]) <= WIDEST_SPREAD**2:
+            self._excused_until = time
+
     def reason_to_end(self, time: float) -> str | None:
         """Return why the track should end at a time [s], or None."""
         life = LIVES[self.posture.stance.posture]
@@ -171,7 +180,7 @@ class Track:
         for camera, (since, until) in self._seat_empty.items():
             if until - since > EMPTY_SEAT_LIFE - 1e-9:
                 return f"its seat was seen to be empty for {until - since:.2f} s by {camera}"
-        outside = time - self._in_view_until
+        outside = time - max(self._in_view_until, self._excused_until)
         if outside > max(OUTSIDE_LIFE, life) + 1e-9:
             return f"outside every view for {outside:.2f} s"
         return None
@@ -228,6 +237,7 @@ class Track:
             self.last_hit, self._hit_at = other.last_hit, other._hit_at
             self._seat_empty = other._seat_empty
         self._in_view_until = max(self._in_view_until, other._in_view_until)
+        self._excused_until = max(self._excused_until, other._excused_until)
         self.missed_for = min(self.missed_for, other.missed_for)
 
     def person(self, time: float) -> TrackedPerson:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.messages import Scan, Seat, TrackedPerson
+from han_bullet.messages import Frame, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import Association, gate
 from han_bullet.tracking.building import on_floor
 from han_bullet.tracking.field_of_view import FieldOfView
@@ -26,8 +26,14 @@ class PeopleTracker(ABC):
     """Something that knows where people are from what the cameras found."""
 
     @abstractmethod
-    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
-        """Take in the scans of one tick, often none, and return the people at a time [s], in the order of their ids."""
+    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
+        """Take in one tick and return the people at a time [s], in the order of their ids.
+
+        Args:
+            scans: Of the tick, often none.
+            time: Now [s].
+            blind: Frames of cameras that do not work now: what they would see.
+        """
 
 
 class MultiCameraTracker(PeopleTracker):
@@ -67,7 +73,7 @@ class MultiCameraTracker(PeopleTracker):
         """Return the lives of all tracks, confirmed or not: those that ended, in that order, then the living."""
         return (*self._ended, *(track.record() for track in self._tracks))
 
-    def update(self, scans: Sequence[Scan], time: float) -> tuple[TrackedPerson, ...]:
+    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
         """Return the confirmed people; see `PeopleTracker.update`."""
         for scan in sorted(scans, key=lambda scan: scan.time):
             self._take(scan)
@@ -75,6 +81,7 @@ class MultiCameraTracker(PeopleTracker):
         for track in self._tracks:
             if scans and track.last_hit == track.time:  # coasting says nothing new of what a person does
                 track.posture.update(track.time, track.state)
+        self._keep_unseen(blind, time)
         self._end(time)
         return tuple(sorted((t.person(time) for t in self._tracks if t.id is not None), key=lambda person: person.id))
 
@@ -115,6 +122,15 @@ class MultiCameraTracker(PeopleTracker):
             people = np.array([track.state.position for track in self._tracks if track.confirmed]).reshape(-1, 2)
             in_view &= ~self.field_of_view.hidden_by_people(scan.frame, positions, people)
         return in_view
+
+    def _keep_unseen(self, blind: Sequence[Frame], time: float) -> None:
+        """Let nobody be forgotten for not being seen where a camera would see them, if it worked."""
+        confirmed = [track for track in self._tracks if track.confirmed]
+        positions = np.array([track.motion.predict(track.state, time - track.time).position for track in confirmed])
+        for frame in blind:
+            for track, seen in zip(confirmed, self.field_of_view.sees(frame, positions.reshape(-1, 2)), strict=True):
+                if seen:
+                    track.excuse(time)
 
     def _name(self, track: Track) -> None:
         """Give a track its id at its confirmation."""

@@ -91,3 +91,34 @@ def _to_discs(origin: Array, directions: Array, discs: Array) -> Array:
         met = (inside > 0.0) & (along > 0.0)
         nearest = np.where(met, np.minimum(nearest, along - np.sqrt(np.maximum(inside, 0.0))), nearest)
     return nearest
+
+
+def walled(x: tuple[float, float], y: tuple[float, float]) -> list[SolidBox]:
+    """Return walls, 0.1 m thick, around a rectangle of floor [m]."""
+    (x_from, x_to), (y_from, y_to) = x, y
+    middle_x, middle_y = 0.5 * (x_from + x_to), 0.5 * (y_from + y_to)
+    long, wide = x_to - x_from + 0.2, y_to - y_from + 0.2
+    return [
+        block(middle_x, y_from - 0.05, long, 0.1),
+        block(middle_x, y_to + 0.05, long, 0.1),
+        block(x_from - 0.05, middle_y, 0.1, wide),
+        block(x_to + 0.05, middle_y, 0.1, wide),
+    ]
+
+
+def block(x: float, y: float, length: float, width: float, yaw: float = 0.0) -> SolidBox:
+    """Return a box that stands on the floor [m]."""
+    return SolidBox("block", "object", np.array([x, y, 0.5]), np.array([length, width, 1.0]), yaw)
+
+
+# A furnished room that has no symmetry, and a corridor from whose middle no end is in sight.
+FLOOR = ((0.0, 8.0), (0.0, 6.0))
+ROOM = [*walled(*FLOOR), block(6.0, 1.0, 1.9, 0.8), block(1.5, 5.0, 0.6, 1.2, 0.5)]
+CORRIDOR_FLOOR = ((0.0, 40.0), (-1.5, 1.5))
+CORRIDOR = walled(*CORRIDOR_FLOOR)
+NOBODY = np.zeros((0, 3))
+
+
+def standing(time: float) -> Odometry:
+    """Return the odometry of a robot that does not move."""
+    return Odometry(time, Pose2D(0.0, 0.0, 0.0), Twist2D())

@@ -1,0 +1,1 @@
+"""Whether the robot's sensors work, from what they send alone."""

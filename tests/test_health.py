@@ -1,0 +1,61 @@
+"""When a pose is doubted, scan by scan."""
+
+import math
+
+import numpy as np
+import pytest
+from simulated_laser import FLOOR, NOBODY, ROOM, Laser
+
+from han_bullet.geometry import Pose2D
+from han_bullet.localization.beams import Beams
+from han_bullet.localization.fit import Fit
+from han_bullet.localization.health import Health
+from han_bullet.localization.likelihood_field import LikelihoodField
+from han_bullet.localization.occupancy_grid import OccupancyGrid
+from han_bullet.localization.scan_matching import ScanMatcher
+
+FIELD = LikelihoodField.of_map(OccupancyGrid.of_building([FLOOR], ROOM, scan_height=0.25))
+HERE, THERE = Pose2D(3.0, 2.5, 0.4), Pose2D(3.8, 2.9, 0.4)
+
+
+def seen(pose: Pose2D) -> Beams:
+    scan = Laser(ROOM).scan(0.0, pose, NOBODY, np.random.default_rng(0))
+    return Beams.of_scan(scan, scan.scanner_in_body)
+
+
+def health() -> Health:
+    return Health(FIELD, ScanMatcher(FIELD), np.random.default_rng(0))
+
+
+def test_one_scan_that_does_not_fit_is_forgiven_and_half_a_second_of_them_is_not() -> None:
+    robot = health()
+    assert not any(robot.lost(0.1 * k, HERE, seen(HERE)) for k in range(5))
+    assert not robot.lost(0.5, HERE, seen(THERE))
+    assert not any(robot.lost(0.1 * k, HERE, seen(HERE)) for k in range(6, 20))
+    doubts = [robot.lost(0.1 * k, HERE, seen(THERE)) for k in range(20, 30)]
+    assert not doubts[0] and 0.2 <= 0.1 * doubts.index(True) <= 0.6
+
+
+def test_no_scan_for_long_makes_the_next_one_count_alone() -> None:
+    robot = health()
+    robot.lost(0.0, HERE, seen(HERE))
+    assert robot.lost(30.0, HERE, seen(THERE))
+
+
+def test_a_scan_fits_to_its_place_and_clearly_better_than_another() -> None:
+    here, there = Fit.of(HERE, seen(HERE), FIELD), Fit.of(THERE, seen(HERE), FIELD)
+    assert here.good and here.explained > 0.95 and here.blocked < 0.03
+    assert here.clearly_better_than(there) and not there.clearly_better_than(here)
+
+
+def test_a_pose_that_is_nearly_the_same_is_no_other_one_however_much_better() -> None:
+    near = Fit.of(Pose2D(HERE.x + 0.2, HERE.y, HERE.yaw + math.radians(5.0)), seen(HERE), FIELD)
+    here = Fit.of(HERE, seen(HERE), FIELD)
+    assert here.log_likelihood - near.log_likelihood > 100.0
+    assert not here.clearly_better_than(near)
+
+
+@pytest.mark.parametrize("blind", [Pose2D(-30.0, 0.0, 0.0), Pose2D(6.0, 1.0, 0.0)])
+def test_a_pose_off_the_map_or_within_a_couch_is_doubted(blind: Pose2D) -> None:
+    robot = health()
+    assert any(robot.lost(0.1 * k, blind, seen(HERE)) for k in range(10))
