@@ -271,6 +271,8 @@ class Scan:
         frame: The image's camera, for what it can see.
         pose_robot_in_world: Of the robot, which may stand in the view; None where it is not known.
         empty_seats: Names of sitting areas that the image shows to be empty.
+        per_height: How far positions are off per metre that the person looks taller than assumed, shape (n, 2); zero
+            where the head did not tell them. The covariances hold what people's heights make of it. None: all zero.
     """
 
     camera: str
@@ -281,6 +283,7 @@ class Scan:
     frame: Frame
     pose_robot_in_world: Pose2D | None = None
     empty_seats: tuple[str, ...] = ()
+    per_height: Array | None = None
 
 
 class Posture(str, Enum):
@@ -367,6 +370,11 @@ class GoTo:
 
     pose_in_world: Pose2D
 
+    @property
+    def goal_in_world(self) -> Array:
+        """Return where the task leads, shape (2,) [m]."""
+        return self.pose_in_world.position
+
 
 @dataclass(frozen=True)
 class HandOver:
@@ -385,6 +393,11 @@ class HandOver:
     person: int | None = None
     heading: float | None = None
     position_in_world: Array | None = None
+
+    @property
+    def goal_in_world(self) -> Array:
+        """Return where the task leads, shape (2,) [m]."""
+        return self.place_in_world if self.position_in_world is None else self.position_in_world
 
 
 Task = GoTo | HandOver

@@ -167,10 +167,12 @@ class CameraStrip:
             self._finish(name)
 
     def record(self, tick: Tick) -> None:
-        """Paint the images of a tick, and what is wrong with their cameras."""
+        """Paint the images of a tick, with grey boxes where they are not used, and what is wrong with their cameras."""
+        used = {(scan.camera, scan.time) for scan in tick.decision.scans}
         for frame, detections in zip(tick.observation.images, tick.decision.detections, strict=True):
             if frame.camera in self._panels:
-                self._paint(self._panels[frame.camera], frame, detections)
+                colour = BOX if (frame.camera, frame.time) in used else GREY
+                self._paint(self._panels[frame.camera], frame, detections, colour)
                 self._finish(frame.camera)
         for name in self._panels:
             kinds = [fault.kind for fault in tick.decision.faults if fault.sensor == name]
@@ -178,7 +180,7 @@ class CameraStrip:
                 text, place = ", ".join(kinds), (12, 36)
                 self._lettering.write(self._panels[name], text, place, LABEL_SIZE, FAULT, bold=True, halo=BAR)
 
-    def _paint(self, panel: Picture, frame: CameraImage, detections: Detections) -> None:
+    def _paint(self, panel: Picture, frame: CameraImage, detections: Detections, colour: Colour) -> None:
         """Paint an image as large as fits without stretching it, with boxes, scores and probabilities."""
         available, full = np.array(panel.shape[1::-1]), np.array(frame.image.shape[1::-1])
         scale = float(np.min(available / full))
@@ -190,9 +192,9 @@ class CameraStrip:
             detections.boxes, detections.scores, detections.probabilities, strict=True
         ):
             corners = scale * np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]]) + (left, top)
-            drawing.line(panel, corners, BOX, 2, closed=True)
+            drawing.line(panel, corners, colour, 2, closed=True)
             text, place = f"{score:.0f} · {probability:.2f}", (corners[0, 0], max(corners[0, 1] - 9.0, BELOW_NAME))
-            self._lettering.write(panel, text, place, TINY_SIZE, BOX, bold=True, halo=BAR)
+            self._lettering.write(panel, text, place, TINY_SIZE, colour, bold=True, halo=BAR)
 
     def _finish(self, name: str) -> None:
         """Write a camera's name onto its panel and draw a thin frame around it."""

@@ -147,14 +147,15 @@ def test_the_laser_loses_scans_and_the_television_messages() -> None:
 
 
 def test_wheels_slip_as_many_times_as_much_from_when_the_fault_starts() -> None:
-    def error(observations: list[Observation], first: int, last: int) -> float:
-        told, true = (
-            [pose(observations[tick]).x for tick in (first, last)]
-            for pose in (lambda o: o.odometry.pose_robot_in_odom, lambda o: o.pose_robot_in_world)
-        )
-        return (told[1] - told[0]) - (true[1] - true[0])
+    def way(observations: list[Observation], first: int, last: int) -> float:
+        start, end = (observations[tick].odometry.pose_robot_in_odom.x for tick in (first, last))
+        return end - start
 
-    robot = {"start": [1.0, 0.0, 0.0], "slip": {"distance": 0.02, "heading": 0.0, "turn": 0.0}}
+    def error(observations: list[Observation], first: int, last: int) -> float:
+        return way(observations, first, last) - way(true, first, last)
+
+    robot: dict[str, Any] = {"start": [1.0, 0.0, 0.0], "slip": {"distance": 0.02, "heading": 0.0, "turn": 0.0}}
+    true = observe(corridor(robot=robot | {"slip": dict.fromkeys(robot["slip"], 0.0)}), 60, pictures=False)
     usual = observe(corridor(robot=robot), 60, pictures=False)
     slipping = observe(corridor({"kind": "slip", "times": 5.0, "starts": 1.5}, robot=robot), 60, pictures=False)
     assert error(slipping, 0, 30) == error(usual, 0, 30) != 0.0
@@ -208,11 +209,13 @@ class Watcher(Hook):
         )
 
 
-def run(folder: Path, *faults: dict[str, Any], duration: float = 4.0, **changes: Any) -> tuple[list[Any], Watcher]:
+def run(
+    folder: Path, *faults: dict[str, Any], duration: float = 4.0, localization: str = "lidar", **changes: Any
+) -> tuple[list[Any], Watcher]:
     """Run the corridor with a detector that finds nobody; return the faults of result.json and what was decided."""
     watcher = Watcher()
     save_world(corridor(*faults, duration=duration, people=[], **changes), folder / "world.yaml", "a test's")
-    options = RunOptions(video=False, workers=1)
+    options = RunOptions(localization=localization, video=False, workers=1)
     run_world(folder / "world.yaml", options, folder / "run", hooks=[watcher], detector=Nobody())
     return json.loads((folder / "run" / "result.json").read_text())["faults"], watcher
 
@@ -296,7 +299,8 @@ def test_with_no_camera_it_goes_slowly_and_without_laser_it_stops_and_says_why_a
     speeds = [tick.truth.twist_robot_in_body.speed for tick in slow.ticks]
     assert speeds[40] > 0.8 and speeds[88] == pytest.approx(0.3, abs=0.03) and speeds[118] > 0.8
     (tmp_path / "none").mkdir()
-    _, stopped = run(tmp_path / "none", black, duration=6.0, robot={"start": [1.0, 0.0, 0.0], "laser": None})
+    robot = {"start": [1.0, 0.0, 0.0], "laser": None}
+    _, stopped = run(tmp_path / "none", black, duration=6.0, localization="truth", robot=robot)
     assert stopped.ticks[88].truth.twist_robot_in_body.speed < 0.02
     assert stopped.ticks[88].decision.status is Status.BLIND
     assert stopped.ticks[118].decision.status is Status.MOVING

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from simulated_laser import FLOOR, NOBODY, ROOM, Laser
+from simulated_laser import CORRIDOR, CORRIDOR_FLOOR, FLOOR, NOBODY, ROOM, Laser
 
 from han_bullet.geometry import Pose2D
 from han_bullet.localization.beams import Beams
@@ -59,3 +59,12 @@ def test_a_pose_that_is_nearly_the_same_is_no_other_one_however_much_better() ->
 def test_a_pose_off_the_map_or_within_a_couch_is_doubted(blind: Pose2D) -> None:
     robot = health()
     assert any(robot.lost(0.1 * k, blind, seen(HERE)) for k in range(10))
+
+
+def test_an_end_of_a_corridor_that_is_nearer_than_it_should_be_is_noticed_though_no_beam_goes_through_a_wall() -> None:
+    field = LikelihoodField.of_map(OccupancyGrid.of_building([CORRIDOR_FLOOR], CORRIDOR, scan_height=0.25))
+    robot = Health(field, ScanMatcher(field), np.random.default_rng(0))
+    scan = Laser(CORRIDOR).scan(0.0, Pose2D(37.0, 0.0, 0.0), NOBODY, np.random.default_rng(0))
+    beams, believed = Beams.of_scan(scan, scan.scanner_in_body), Pose2D(36.0, 0.0, 0.0)
+    assert Fit.of(believed, beams, field).good
+    assert any(robot.lost(0.1 * k, believed, beams) for k in range(10))

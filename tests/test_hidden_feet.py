@@ -1,14 +1,17 @@
 """People whose feet a couch hides, or whose box ends at the hips, in the living room of the worlds."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, camera_on_robot, look_at, project
 from han_bullet.messages import Detections, Frame, Scan, Seat
+from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.hidden_feet import by_head, by_seat
 from han_bullet.tracking.projection import FOOT_FRACTION, GroundProjection
+from han_bullet.tracking.tracker import MultiCameraTracker
 
 EMPTY = np.zeros((480, 640, 3), np.uint8)
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(55.0))
@@ -110,3 +113,62 @@ def test_the_robot_behind_the_couch_is_not_taken_for_a_person(y: float) -> None:
     drop = 1.7 / 3.35  # of the line of sight over the couch, per metre
     box = box_of(CEILING, 19.5, y, max(0.0, 2.5 - drop * (y + 3.35)), 1.3)
     assert len(scan_of(CEILING, box, MAPPED, Pose2D(19.5, y, 0.0)).positions) == 0
+
+
+def known_scan(box: list[float], row: float) -> Scan:
+    """Return the scan of a box of the ceiling camera, which knows that the changes end at a row [px]."""
+    found = Detections(np.array([box]), np.ones(1), np.ones(1), feet=np.array([row]))
+    return MAPPED.project(CEILING, found, FAR_AWAY)
+
+
+def pixel_row(x: float, y: float, z: float) -> float:
+    return float(project(np.array([[x, y, z]]), CEILING.intrinsics, CEILING.camera_in_world)[0][0, 1])
+
+
+@pytest.mark.parametrize("height", [1.6, 1.65])
+def test_feet_seen_right_beside_the_couch_tell_the_place_whatever_the_head_says(height: float) -> None:
+    """By the head somebody short seems to stand behind the couch, which would hide their feet; the image shows them."""
+    box = box_of(CEILING, 20.96, 1.0, 0.0, height)
+    unknown = scan_of(CEILING, box, MAPPED)
+    assert unknown.per_height is not None and unknown.per_height.any()
+    assert error(unknown, 20.96, 1.0) > 0.4
+    scan = known_scan(box, pixel_row(20.96, 0.85, 0.0))
+    assert error(scan, 20.96, 1.0) < 0.05
+    assert scan.per_height is not None and not scan.per_height.any()
+
+
+def test_changes_that_end_at_the_couch_are_no_feet() -> None:
+    upper_edge = pixel_row(19.5, 0.0, 0.8)
+    scan = known_scan(box_of(CEILING, 19.5, 1.0, 0.5), upper_edge)
+    assert error(scan, 19.5, 1.0) < 0.15
+    assert scan.per_height is not None and scan.per_height.any()
+
+
+def test_a_place_by_the_head_says_how_far_the_persons_height_moves_it() -> None:
+    scans = [scan_of(CEILING, box_of(CEILING, 19.0, 1.0, 0.4, height), MAPPED) for height in (1.73, 1.77)]
+    moved = (scans[1].positions[0] - scans[0].positions[0]) / 0.04
+    assert np.linalg.norm(moved) > 5.0
+    assert scans[0].per_height is not None
+    assert scans[0].per_height[0] == pytest.approx(moved, rel=0.15, abs=0.2)
+
+
+@pytest.mark.parametrize("height", [1.68, 1.82])
+def test_who_walks_behind_the_couch_is_followed_whatever_their_height(height: float) -> None:
+    """Their feet are seen until the couch hides them; from there on the head alone would put them 0.4 m off."""
+    tracker = MultiCameraTracker(field_of_view=FieldOfView([COUCH]), seats=[SEAT])
+    worst_head, errors = 0.0, []
+    for tick in range(80):
+        time, x = 0.1 * tick, 17.4 + 0.03 * tick
+        frame = replace(CEILING, time=time)
+        hidden = x > 18.3
+        box = box_of(frame, x, 1.0, 0.4 if hidden else 0.0, height)
+        row = math.nan if hidden else pixel_row(x, 0.85, 0.0)
+        found = Detections(np.array([box]), np.ones(1), np.ones(1), feet=np.array([row]))
+        scan = MAPPED.project(frame, found, FAR_AWAY)
+        people = tracker.update([scan], time)
+        if hidden:
+            worst_head = max(worst_head, error(scan, x, 1.0))
+            errors.append(math.dist(people[0].position_in_world, (x, 1.0)))
+    assert len(errors) > 40 and worst_head > 0.35
+    assert [person.id for person in people] == [0]
+    assert max(errors) < 0.3 and math.sqrt(np.mean(np.square(errors))) < 0.22

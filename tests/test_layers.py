@@ -21,7 +21,7 @@ from han_bullet.costmap.static import StaticLayer
 from han_bullet.costmap.visibility import VisibilityLayer
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox
-from han_bullet.messages import Device, HandOver, Posture, Scene, Seat, TrackedPerson
+from han_bullet.messages import Device, GoTo, HandOver, Posture, Scene, Seat, TrackedPerson
 from han_bullet.planning.astar import astar
 
 STANDING, WALKING, SEATED = Posture.STANDING, Posture.WALKING, Posture.SEATED
@@ -311,6 +311,17 @@ def test_the_way_of_a_walker_costs_what_its_definition_says(
         nearest = np.hypot(*(way - place).T).min()
         expected = 252.0 * 0.9 * math.exp(-0.5 * (nearest / 0.4) ** 2)
         assert costmap.cost[row, column] == pytest.approx(expected, abs=0.6)
+
+
+def test_who_goes_the_robots_own_way_is_overtaken_and_not_met() -> None:
+    robot = Pose2D(1.0, 5.0, 0.0)
+    for degrees, meets in ((0.0, False), (40.0, False), (-40.0, False), (50.0, True), (90.0, True), (180.0, True)):
+        velocity = (0.5 * math.cos(math.radians(degrees)), 0.5 * math.sin(math.radians(degrees)))
+        walker = person(WALKING, (4.0, 5.0), velocity, math.radians(degrees))
+        costmap = room()
+        scene = Scene(0.0, (walker,), task=GoTo(Pose2D(9.0, 5.0, 1.0)), pose_robot_in_world=robot)
+        OncomingLayer(robot_speed=1.0).apply(costmap, scene)
+        assert bool(costmap.cost.any()) is meets, degrees
 
 
 @pytest.mark.parametrize("posture", [STANDING, SEATED])

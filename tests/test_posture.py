@@ -28,10 +28,9 @@ class Walk:
         for _ in range(round(duration / TICK)):
             self.time += TICK
             self.position = self.position + TICK * np.array(velocity)
-            covariance = np.diag([0.01, 0.01, deviation**2, deviation**2])
-            stances.append(
-                self.estimator.update(self.time, MotionState(np.array([*self.position, *velocity]), covariance))
-            )
+            covariance = np.diag([0.01, 0.01, deviation**2, deviation**2, 0.01])
+            state = MotionState(np.array([*self.position, *velocity, 0.0]), covariance)
+            stances.append(self.estimator.update(self.time, state))
         return stances
 
 
@@ -128,7 +127,7 @@ def test_a_sitting_area_is_the_seat_and_the_floor_before_it() -> None:
 
 
 def test_the_speed_is_as_uncertain_as_the_velocity_along_itself() -> None:
-    covariance = np.diag([0.0, 0.0, 0.3**2, 0.1**2])
-    assert speed_deviation(MotionState(np.array([0.0, 0.0, 0.0, 2.0]), covariance)) == pytest.approx(0.1)
-    assert speed_deviation(MotionState(np.array([0.0, 0.0, 3.0, 0.0]), covariance)) == pytest.approx(0.3)
-    assert speed_deviation(MotionState(np.zeros(4), covariance)) == pytest.approx(0.3)
+    covariance = np.diag([0.0, 0.0, 0.3**2, 0.1**2, 0.0])
+    assert speed_deviation(MotionState(np.array([0.0, 0.0, 0.0, 2.0, 0.0]), covariance)) == pytest.approx(0.1)
+    assert speed_deviation(MotionState(np.array([0.0, 0.0, 3.0, 0.0, 0.0]), covariance)) == pytest.approx(0.3)
+    assert speed_deviation(MotionState(np.zeros(5), covariance)) == pytest.approx(0.3)

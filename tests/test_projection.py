@@ -57,6 +57,19 @@ def test_the_detectors_smallest_box_tells_no_distance(height: float, kept: int) 
     assert len(scan.positions) == kept
 
 
+@pytest.mark.parametrize("height", [96.0, 101.0])
+def test_the_smallest_box_is_measured_where_the_row_of_the_feet_is_known(height: float) -> None:
+    x, y, width, tall = box_of(11.2, 0.5)
+    assert tall < 96.0
+    foot = y + FOOT_FRACTION * tall
+    box = np.array([[x, y + 0.5 * (tall - height), width, height]])
+    found = Detections(box, np.ones(1), np.ones(1), feet=np.array([foot]))
+    scan = GroundProjection(robot_radius=0.3).project(FRAME, found, FAR_AWAY)
+    further = OFFSET_OF_KNOWN_FEET - OFFSET_ALONG_RAY
+    assert scan.positions == pytest.approx(np.array([[11.2 + further, 0.5]]), abs=0.05)
+    assert math.sqrt(scan.covariances[0, 0, 0]) < 0.2
+
+
 @pytest.mark.parametrize(("distance", "along"), [(3.7, 0.16), (5.0, 0.20), (7.3, 0.28)])
 def test_the_uncertainty_is_larger_along_the_ray_and_grows_with_the_distance(distance: float, along: float) -> None:
     covariance = scan_of([box_of(0.2 + distance, 0.0)]).covariances[0]

@@ -24,7 +24,7 @@ from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError, HanError
 from han_bullet.messages import Detections, Scene
 from han_bullet.runner import RunOptions, RunResult, run_world
-from han_bullet.world_file import find_world
+from han_bullet.world_file import find_world, read_yaml
 
 SEED = 1
 
@@ -240,11 +240,29 @@ def test_the_same_seed_gives_the_same_files_whatever_the_number_of_workers(tmp_p
     for workers in (1, 2, 4):
         folders.append(tmp_path / f"workers{workers}")
         run_world(world, RunOptions(seed=SEED, workers=workers, video=False), folders[-1])
-    for name in ("trace.csv", "tracks.csv", "detections.csv"):
+    for name in ("trace.csv", "tracks.csv", "frames.csv", "detections.csv"):
         first = (folders[0] / name).read_bytes()
         assert len(first.splitlines()) > 10
         assert all((folder / name).read_bytes() == first for folder in folders[1:])
     assert without_timings(folders[0]) == without_timings(folders[1]) == without_timings(folders[2])
+
+
+@pytest.mark.scenario
+def test_faults_of_cameras_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> None:
+    world = brief("real2", tmp_path, duration=2.0)
+    kinds = ("frozen", "black", "knocked", "late", "dropped")
+    faults = [
+        {"kind": kind, "target": target, "starts": 0.5}
+        for kind, target in zip(kinds, ("camera1", "camera2", "camera3", "camera4", "onboard"), strict=True)
+    ]
+    world.write_text(yaml.safe_dump(read_yaml(world.read_text()) | {"faults": faults}))
+    for workers in (1, 3):
+        run_world(world, RunOptions(seed=SEED, workers=workers, video=False), tmp_path / str(workers))
+    noticed = json.loads((tmp_path / "1" / "result.json").read_text())["faults"]
+    assert {fault["kind"] for fault in noticed} == set(kinds)
+    assert without_timings(tmp_path / "1") == without_timings(tmp_path / "3")
+    for name in ("trace.csv", "tracks.csv", "frames.csv", "detections.csv"):
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "3" / name).read_bytes()
 
 
 @pytest.mark.scenario

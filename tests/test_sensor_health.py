@@ -131,6 +131,15 @@ def test_a_camera_that_loses_every_third_frame_is_dropped_and_what_comes_is_used
     assert all(all(report.usable) for report in reports)
 
 
+def test_a_camera_that_has_lost_every_third_frame_is_still_dropped_while_it_loses_every_sixth() -> None:
+    def lost(tick: int) -> bool:
+        return tick % (6 if tick < 80 else 12) == 0
+
+    reports = watch(12.0, lambda tick: [*([] if lost(tick) else [frame("left", tick)]), frame("right", tick)])
+    assert spans(reports)["left", "dropped"][1] == 12.0
+    assert len({fault for report in reports for fault in report.faults}) == 1
+
+
 def test_one_lost_frame_is_no_fault() -> None:
     assert not spans(watch(4.0, lambda tick: [*([frame("left", tick)] if tick != 40 else []), frame("right", tick)]))
 

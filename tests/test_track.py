@@ -42,7 +42,7 @@ def seen(
 
 def moving(track: Track, position: tuple[float, float], velocity: tuple[float, float] = (0.0, 0.0)) -> Track:
     """Put a track somewhere, at a velocity [m/s] that is known to 0.1 m/s."""
-    track.state = MotionState(np.array([*position, *velocity]), np.diag([0.01, 0.01, 0.01, 0.01]))
+    track.state = MotionState(np.array([*position, *velocity, 0.0]), 0.01 * np.eye(5))
     return track
 
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -11,11 +12,11 @@ from han_bullet.costmap.layers import standard_layers
 from han_bullet.episode import Tick
 from han_bullet.errors import HanError
 from han_bullet.lettering import Lettering
+from han_bullet.messages import Fault, Scene
 from han_bullet.messages import Path as Way
-from han_bullet.messages import Scene
-from han_bullet.panels import BOX
+from han_bullet.panels import BOX, FAULT
 from han_bullet.topdown import GOAL, PATH, ROBOT, TRACK, TopDownView
-from han_bullet.video import MAP_HEIGHT, TITLE_HEIGHT, WIDTH, VideoRecorder
+from han_bullet.video import CAMERA_HEIGHT, MAP_HEIGHT, TITLE_HEIGHT, WIDTH, VideoRecorder
 from han_bullet.world_schema import World
 
 CAMERAS = [{"name": CAMERA.name, "kind": "ceiling", "position": CAMERA.position, "look_at": CAMERA.look_at}]
@@ -214,3 +215,19 @@ def test_the_same_tick_gives_the_same_picture_whatever_number_of_threads_opencv_
     finally:
         cv2.setNumThreads(before)
     assert np.array_equal(pictures[0], pictures[1])
+
+
+def test_a_noticed_fault_stands_in_the_title_and_on_its_image_whose_unused_boxes_are_grey(tmp_path: Path) -> None:
+    world, (healthy,) = with_camera(), driving(1)
+    fault = Fault(CAMERA.name, "frozen", 0.0)
+    faulty = replace(healthy, decision=replace(healthy.decision, faults=(fault,), scans=()))
+    pictures = []
+    for name, one in (("healthy", healthy), ("faulty", faulty)):
+        recorder = VideoRecorder(tmp_path / f"{name}.mp4", world)
+        recorder.record(one)
+        pictures.append(recorder.draw(one).copy())
+        recorder.close()
+    for picture, letters, boxes in zip(pictures, (False, True), (True, False), strict=True):
+        assert like(picture[:TITLE_HEIGHT], FAULT).any() == letters
+        assert like(picture[-CAMERA_HEIGHT:], FAULT).any() == letters
+        assert like(picture[-CAMERA_HEIGHT:], BOX, 10).any() == boxes

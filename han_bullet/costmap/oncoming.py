@@ -10,8 +10,10 @@ import numpy as np
 from han_bullet.costmap.grid import SOCIAL_MAX, Costmap, Costs
 from han_bullet.costmap.layer import Layer, check_amplitude, check_positive, walking_direction
 from han_bullet.costmap.shapes import ENOUGH, REACH
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, wrap_angle
 from han_bullet.messages import Posture, Scene, TrackedPerson
+
+OWN_WAY = 0.25 * math.pi  # [rad] to either side of the direction to the goal
 
 
 class OncomingLayer(Layer):
@@ -23,6 +25,9 @@ class OncomingLayer(Layer):
     A place that the robot reaches after t, straight on and at full speed, costs if it is on the walker's way from
     p + v t on, as far as they get in `horizon`. What lies behind is free: there the robot cannot come before they have
     passed, and if it comes later they are farther on. So it keeps out of their way or passes behind them.
+
+    Who goes the robot's own way, within 45 degrees of the direction to its goal, is not met but followed or overtaken:
+    that is the matter of the paper's layers, which say on which side.
     """
 
     name = "oncoming"
@@ -48,7 +53,7 @@ class OncomingLayer(Layer):
         if scene.pose_robot_in_world is None or self.amplitude == 0.0:
             return
         for person in scene.people:
-            if person.posture is Posture.WALKING:
+            if person.posture is Posture.WALKING and not _goes_along(person, scene):
                 self._raise_way(costmap, person, scene.pose_robot_in_world.position)
 
     def _raise_way(self, costmap: Costmap, person: TrackedPerson, position_robot_in_world: Array) -> None:
@@ -65,6 +70,15 @@ class OncomingLayer(Layer):
             self.side,
             self.amplitude,
         )
+
+
+def _goes_along(person: TrackedPerson, scene: Scene) -> bool:
+    """Tell whether a walker goes where the robot's task leads it."""
+    if scene.task is None or scene.pose_robot_in_world is None:
+        return False
+    x, y = scene.task.goal_in_world - scene.pose_robot_in_world.position
+    turned = wrap_angle(walking_direction(person) - math.atan2(y, x))
+    return abs(turned) < OWN_WAY
 
 
 @numba.njit(cache=True)

@@ -55,3 +55,12 @@ class Fit:
 def differ(one: Pose2D, other: Pose2D) -> bool:
     """Tell whether poses are so far apart that they are different ones."""
     return one.distance_to(other.position) > APART[0] or abs(wrap_angle(one.yaw - other.yaw)) > APART[1]
+
+
+def apart(poses: list[Pose2D]) -> list[Pose2D]:
+    """Return poses without those that are nearly the same as an earlier one."""
+    kept: list[Pose2D] = []
+    for pose in poses:
+        if all(differ(pose, other) for other in kept):
+            kept.append(pose)
+    return kept

@@ -8,7 +8,7 @@ import numpy as np
 
 from han_bullet.geometry import Pose2D
 from han_bullet.localization.beams import Beams
-from han_bullet.localization.fit import Fit, differ
+from han_bullet.localization.fit import Fit, apart, differ
 from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.monte_carlo import MonteCarlo
 from han_bullet.localization.scan_matching import ScanMatcher
@@ -61,19 +61,10 @@ class GlobalSearch:
         matched = [self._matcher.match(mean, VICINITY, beams) for mean in [*self._rivals, *means]]
         fits = [Fit.of(pose, beams, self._field) for pose, _ in matched]
         best = max(range(len(fits)), key=lambda k: fits[k].log_likelihood)
-        self._rivals = _apart([fit.pose for fit in fits if not fits[best].clearly_better_than(fit)])[:CANDIDATES]
+        self._rivals = apart([fit.pose for fit in fits if not fits[best].clearly_better_than(fit)])[:CANDIDATES]
         alone = fits[best].good and not any(differ(rival, fits[best].pose) for rival in self._rivals)
         same = not differ(fits[best].pose, self.pose)
         self._agreeing = (self._agreeing + 1 if same else 1) if alone else 0
         self.found = self._agreeing >= AGREEING
         self.pose = fits[best].pose
         self.covariance = matched[best][1] if self.found else self._particles.covariance()
-
-
-def _apart(poses: list[Pose2D]) -> list[Pose2D]:
-    """Return poses without those that are nearly the same as an earlier one."""
-    kept: list[Pose2D] = []
-    for pose in poses:
-        if all(differ(pose, other) for other in kept):
-            kept.append(pose)
-    return kept

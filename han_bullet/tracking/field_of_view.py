@@ -19,8 +19,8 @@ BODY_HEIGHT = 1.75
 BODY_MIDDLE = 0.9
 # Height that robot and other people must not hide [m]: whoever stands behind somebody is found badly or too near.
 KNEES = 0.5
-# Least height in the image [px]: of whoever is smaller the detector may give its smallest box, of 96 px, which is no
-# measurement (`projection.SMALLEST_BOX`).
+# Least height in the image [px]: of whoever is smaller the detector may give its smallest box, of 96 px, which is a
+# measurement only where the feet are known (`projection.SMALLEST_BOX`).
 SMALLEST = 114.0
 # Between a whole person and the image's borders [px].
 IMAGE_MARGIN = 6.0

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from han_bullet.geometry import Array, SolidBox
 from han_bullet.messages import Frame, Seat
 from han_bullet.tracking.field_of_view import BODY_HEIGHT
+from han_bullet.tracking.kalman import HEIGHT_DEVIATION
 from han_bullet.tracking.seats import in_sitting_area
 
 # Standing, of a whole person [m]: of 1055 boxes of whole people in real2 and sim2 none was below 1.61; of 25 below 1.6
 # every one had lost its feet.
 SHORTEST_WHOLE = 1.5
-# Of adults' heights together with the box's upper edge [m]: the same 1055 boxes have 0.07.
-HEIGHT_DEVIATION = 0.1
 # A head says where its person stands if it does so to this deviation [m], the tracker's distance gate; one level with
 # the camera says nothing.
 LARGEST_DEVIATION = 1.0
@@ -32,6 +31,8 @@ SEATED_HEIGHTS = (0.9, 1.45)
 # Where in a box to look for furniture below its lower edge: left, middle and right in box widths from the middle, as
 # wide as feet in a stride, and down in box heights, the deviation of a foot point.
 STRIDE, BELOW = 0.25, 0.05
+# The same below a lowest pixel that is known: twice its deviation [px].
+BELOW_KNOWN = 3.0
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,13 @@ class Readings:
         positions: Shape (n, 2) [m].
         covariances: Shape (n, 2, 2) [m^2].
         valid: Shape (n,).
+        per_height: How far positions are off per metre that the person looks taller than assumed, shape (n, 2).
     """
 
     positions: Array
     covariances: Array
     valid: NDArray[np.bool_]
+    per_height: Array
 
     def or_else(self, other: Readings) -> Readings:
         """Return these, and the others' where these are not valid."""
@@ -54,33 +57,40 @@ class Readings:
             np.where(self.valid[:, None], self.positions, other.positions),
             np.where(self.valid[:, None, None], self.covariances, other.covariances),
             self.valid | other.valid,
+            np.where(self.valid[:, None], self.per_height, other.per_height),
         )
 
 
-def feet_hidden(frame: Frame, boxes: Array, heads: Readings, obstacles: Sequence[SolidBox]) -> NDArray[np.bool_]:
+def feet_hidden(
+    frame: Frame, boxes: Array, heads: Readings, obstacles: Sequence[SolidBox], known_feet: Array | None = None
+) -> NDArray[np.bool_]:
     """Tell of which people furniture of the map hides the feet.
 
     It does so where the image shows it below the box's lower edge, and where it stands before the feet of an adult who
     reaches the upper edge: a detector that sees no legs may end its box well above what hides them. Somebody short who
-    stands close behind furniture looks the same, and is then placed too near, within the deviation of heads.
+    stands close behind furniture looks the same, and is then placed too near, within the deviation of heads. Where the
+    pixel is known at which somebody ends, only what the image shows below it counts.
 
     Args:
         frame: The camera.
         boxes: Shape (n, 4): x, y, width, height [px].
         heads: The people's places by their heads.
         obstacles: Walls and furniture.
+        known_feet: Lowest pixels (column, row) of the people, shape (n, 2) [px], NaN where nobody knows; None: nowhere.
     """
     hidden = np.zeros(len(boxes), bool)
     furniture = [box for box in obstacles if box.kind == "object" and not box.contains(frame.camera_in_world[:2, 3])]
     if not furniture or not len(boxes):
         return hidden
+    ends = np.full((len(boxes), 2), np.nan) if known_feet is None else known_feet
+    known = np.isfinite(ends[:, 1])
     eye = frame.camera_in_world[:3, 3]
     feet = np.column_stack([heads.positions, np.zeros(len(boxes))])
     for box in furniture:
-        hidden |= heads.valid & box.blocks(eye, feet)
-    rows = boxes[:, 1] + (1.0 + BELOW) * boxes[:, 3]
+        hidden |= ~known & heads.valid & box.blocks(eye, feet)
+    rows = np.where(known, ends[:, 1] + BELOW_KNOWN, boxes[:, 1] + (1.0 + BELOW) * boxes[:, 3])
     for share in (0.5 - STRIDE, 0.5, 0.5 + STRIDE):
-        rays = _rays(frame, boxes[:, 0] + share * boxes[:, 2], rows)
+        rays = _rays(frame, np.where(known, ends[:, 0], boxes[:, 0] + share * boxes[:, 2]), rows)
         falling = rays[:, 2] < 0.0
         to_floor = np.where(falling, -eye[2] / np.where(falling, rays[:, 2], -1.0), 0.0)
         for box in furniture:
@@ -106,7 +116,7 @@ def by_head(frame: Frame, boxes: Array, foot_points: Array) -> Readings:
     deviations = HEIGHT_DEVIATION / np.abs(steep)
     valid = (distances > 0.0) & (distances <= reach + deviations) & (deviations <= LARGEST_DEVIATION)
     positions = eye[:2] + np.minimum(distances, reach)[:, None] * directions
-    return Readings(positions, _along(directions, deviations), valid)
+    return Readings(positions, _along(directions, deviations), valid, -directions / steep[:, None])
 
 
 def by_seat(frame: Frame, boxes: Array, foot_points: Array, seat: Seat) -> Readings:
@@ -125,7 +135,7 @@ def by_seat(frame: Frame, boxes: Array, foot_points: Array, seat: Seat) -> Readi
     seated = (heights >= SEATED_HEIGHTS[0]) & (heights <= SEATED_HEIGHTS[1])
     valid = (distances > 0.0) & in_sitting_area(seat, positions) & seated
     deviation = seat.width / np.sqrt(12.0)  # anywhere on it
-    return Readings(positions, _along(directions, np.full(len(boxes), deviation)), valid)
+    return Readings(positions, _along(directions, np.full(len(boxes), deviation)), valid, np.zeros((len(boxes), 2)))
 
 
 def _rays(frame: Frame, columns: Array, rows: Array) -> Array:

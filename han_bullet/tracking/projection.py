@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,8 @@ OFFSET_ALONG_RAY = 0.07
 # The same where the row of the feet is known [m]: 0.11 for the heels of who walks away, 0.22 for the toes of who comes;
 # the mean of 2531 such feet in 11 runs of real1, real2, real4, sim1 and sim2.
 OFFSET_OF_KNOWN_FEET = 0.15
-# Lower boxes are no measurement [px]: the smallest is 96, the toolbox's 100, given to people of 84 to 113 px alike,
-# whose foot points then err by -1.4 to +1.0 m along the ray; from its next scale on the error is that of above.
+# Lower boxes are no measurement [px] unless the feet are known: the smallest is 96, the toolbox's 100, given to people
+# of 84 to 113 px alike, whose foot points then err by -1.4 to +1.0 m along the ray (known ones, 11 m away, by 0.1 m).
 SMALLEST_BOX = 104.0
 # Foot points within the robot's radius and this of its pose [m] are the robot, a 1 m machine with a head.
 OWN_BODY_MARGIN = 0.15
@@ -57,21 +57,25 @@ class FootPoints:
         positions: Of the people's centres, shape (n, 2) [m].
         covariances: Shape (n, 2, 2) [m^2].
         heights: How tall a person there must be to reach the box's upper edge, shape (n,) [m].
-        measurable: Whether the foot point is in the image, below the horizon, and of a box large enough, shape (n,).
+        measurable: Whether the foot point is below the horizon, and known, or in the image and of a box large enough,
+            shape (n,).
+        known: Pixels (column, row) where the feet end, shape (n, 2) [px]; NaN where only the box tells it.
     """
 
     positions: Array
     covariances: Array
     heights: Array
     measurable: NDArray[np.bool_]
+    known: Array
 
 
 class GroundProjection:
     """Find where detected people stand, and drop what cannot be a person's foot point.
 
     Boxes whose feet are hidden by furniture, or too short for a whole person, are placed by seat or head instead.
-    Dropped: boxes too small or cut by the image's lower border, foot points above the horizon, the robot itself, boxes
-    whose person would be a dwarf or a giant there, and places off the floor, in a solid box or behind a wall.
+    Dropped: boxes too small or cut by the image's lower border (unless the feet are known), foot points above the
+    horizon, the robot itself, boxes whose person would be a dwarf or a giant there, and places off the floor, in a
+    solid box or behind a wall.
 
     Args:
         robot_radius: Of its footprint [m].
@@ -116,16 +120,18 @@ class GroundProjection:
             frame,
             pose_robot_in_world,
             detections.empty_seats,
+            places.per_height[kept],
         )
 
     def places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        lost = human & (feet_hidden(frame, boxes, heads, self.obstacles) | self._is_short(feet))
-        places = Readings(feet.positions, feet.covariances, human & ~lost)
+        hidden = feet_hidden(frame, boxes, heads, self.obstacles, feet.known)
+        lost = human & (hidden | self._is_short(feet))
+        places = Readings(feet.positions, feet.covariances, human & ~lost, np.zeros_like(feet.positions))
         for reading in (*(by_seat(frame, boxes, feet.positions, seat) for seat in self.seats), heads):
             covariances = reading.covariances + BODY_DEVIATION**2 * np.eye(2)
-            places = places.or_else(Readings(reading.positions, covariances, reading.valid & lost))
+            places = places.or_else(replace(reading, covariances=covariances, valid=reading.valid & lost))
         return places
 
     def foot_points(self, frame: Frame, boxes: Array, known_rows: Array | None = None) -> FootPoints:
@@ -141,14 +147,16 @@ class GroundProjection:
         known = ~np.isnan(ends)
         rows = np.where(known, ends, boxes[:, 1] + FOOT_FRACTION * boxes[:, 3])
         columns = _foot_columns(frame, boxes[:, 0] + 0.5 * boxes[:, 2], boxes[:, 1], rows)
-        toes, jacobians, below_horizon = _to_floor(frame, np.column_stack([columns, rows]))
+        pixels = np.column_stack([columns, rows])
+        toes, jacobians, below_horizon = _to_floor(frame, pixels)
         along = np.where(known, KNOWN_FOOT_NOISE, FOOT_NOISE_ALONG * boxes[:, 3])
         scaled = jacobians * np.column_stack([FOOT_NOISE_ACROSS * boxes[:, 3], along])[:, None, :]
         covariances = scaled @ scaled.transpose(0, 2, 1) + BODY_DEVIATION**2 * np.eye(2)
         whole = known | (boxes[:, 1] + (1.0 + BORDER) * boxes[:, 3] <= frame.intrinsics.height)
-        measurable = below_horizon & whole & (boxes[:, 3] >= SMALLEST_BOX)
+        measurable = below_horizon & whole & (known | (boxes[:, 3] >= SMALLEST_BOX))
         centres = _behind(frame, toes, np.where(known, OFFSET_OF_KNOWN_FEET, OFFSET_ALONG_RAY))
-        return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable)
+        known_feet = np.where(known[:, None], pixels, np.nan)
+        return FootPoints(centres, covariances, _heights(frame, toes, boxes[:, 1]), measurable, known_feet)
 
     def known_rows(
         self, frame: Frame, boxes: Array, rows: Array | None, pose_robot_in_world: Pose2D | None

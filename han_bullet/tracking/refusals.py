@@ -31,7 +31,7 @@ class RefusalReasons:
     def _reason(self, scan: Scan, boxes: Array, feet: FootPoints, row: int) -> str:
         x, y = feet.positions[row]
         if not feet.measurable[row]:
-            return _why_not_measurable(scan, boxes[row])
+            return _why_not_measurable(scan, boxes[row], known=bool(np.isfinite(feet.known[row, 1])))
         if self._is_robot_at(scan, feet.positions[row]):
             return f"the foot point ({x:.2f}, {y:.2f}) belongs to the robot itself"
         if not self.projection.has_human_height(feet)[row]:
@@ -58,8 +58,10 @@ class RefusalReasons:
         return pose is not None and bool(self.projection.is_robot(place[None], pose)[0])
 
 
-def _why_not_measurable(scan: Scan, box: Array) -> str:
+def _why_not_measurable(scan: Scan, box: Array, *, known: bool) -> str:
     height = box[3]
+    if known:
+        return "its feet are above the horizon"
     if height < SMALLEST_BOX:
         return f"the box is {height:.0f} px tall, and the smallest that is measured {SMALLEST_BOX:.0f} px"
     if box[1] + (1.0 + BORDER) * height > scan.frame.intrinsics.height:

@@ -11,7 +11,7 @@ import numpy as np
 from han_bullet.geometry import Array
 from han_bullet.messages import Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import MAHALANOBIS_GATE
-from han_bullet.tracking.kalman import ConstantVelocity, MotionState
+from han_bullet.tracking.kalman import NO_SHIFT, ConstantVelocity, MotionState
 from han_bullet.tracking.posture import PostureEstimator
 from han_bullet.tracking.seats import in_sitting_area
 
@@ -109,7 +109,7 @@ class Track:
         self.time = self.born_time = scan.time
         self.born_by = scan.camera
         self.born_at = scan.positions[measurement]
-        self.state = motion.start(scan.positions[measurement], scan.covariances[measurement])
+        self.state = motion.start(*_measured(scan, measurement))
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
@@ -129,7 +129,7 @@ class Track:
 
     def hit(self, scan: Scan, measurement: int) -> None:
         """Correct by a measurement of a scan at the track's time."""
-        self.state = self.motion.correct(self.state, scan.positions[measurement], scan.covariances[measurement])
+        self.state = self.motion.correct(self.state, *_measured(scan, measurement))
         self._note_hit(scan, measurement)
 
     def _note_hit(self, scan: Scan, measurement: int) -> None:
@@ -245,10 +245,10 @@ class Track:
         assert self.id is not None, "only confirmed tracks are people"
         state, stance = self.motion.predict(self.state, time - self.time), self.posture.stance
         if stance.seat is not None:
-            state = MotionState(np.array([*stance.seat.position_in_world, 0.0, 0.0]), state.covariance)
+            state = MotionState(np.array([*stance.seat.position_in_world, 0.0, 0.0, 0.0]), state.covariance)
         name = None if stance.seat is None else stance.seat.name
         return TrackedPerson(
-            self.id, time, state.position, state.velocity, state.covariance, stance.posture, stance.heading, name
+            self.id, time, state.position, state.velocity, state.motion_covariance, stance.posture, stance.heading, name
         )
 
     def record(self, ended_time: float | None = None, reason: str | None = None) -> TrackRecord:
@@ -270,3 +270,9 @@ class Track:
             ended_time,
             reason,
         )
+
+
+def _measured(scan: Scan, measurement: int) -> tuple[Array, Array, Array]:
+    """Return a measurement of a scan: its position, its covariance, and its shift per metre of the person's height."""
+    per_height = NO_SHIFT if scan.per_height is None else scan.per_height[measurement]
+    return scan.positions[measurement], scan.covariances[measurement], per_height
