@@ -132,8 +132,8 @@ def test_creeping_to_and_fro_gives_no_time_without_end() -> None:
     assert robot.gave_up is not None and robot.time < 35.0
 
 
-@pytest.mark.parametrize("status", [Status.ARRIVED, Status.LOOKING])
-def test_a_robot_that_is_where_it_should_be_is_not_stuck(status: Status) -> None:
+@pytest.mark.parametrize("status", [Status.ARRIVED, Status.LOOKING, Status.BLIND])
+def test_a_robot_that_is_where_it_should_be_or_waits_for_its_sensors_is_not_stuck(status: Status) -> None:
     robot = Robot()
     assert set(robot.go_on(60.0, status)) == {None}
     assert robot.go_on(9.0, Status.WAITING)[-1] is WAIT  # that time is not counted

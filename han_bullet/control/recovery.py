@@ -17,6 +17,7 @@ from han_bullet.messages import PoseEstimate, RecoveryStep, Status
 PROGRESS = 0.5  # from where it stood: so far on, the robot goes on again [m]
 SOME_PROGRESS = 0.02  # each gives the present step its time anew [m], or a robot that sets off would be stopped
 LOST_FOR = 1.0  # before it looks for itself [s]: health doubts, and a scan later may not
+NOT_STUCK = (Status.ARRIVED, Status.LOOKING, Status.BLIND)  # no step helps who waits for its sensors
 DONE = {
     RecoveryStep.WAIT: "waited",
     RecoveryStep.CLEAR: "cleared the obstacle layer",
@@ -39,7 +40,8 @@ class Recovery:
     """Watch whether the robot goes on; where it does not, take one step after the other.
 
     It goes on while it gets `PROGRESS` away from where it was, as for nav2's progress checker [Macenski2020]; so it may
-    yield to people and follow them, however slowly. It is not stuck where it has arrived.
+    yield to people and follow them, however slowly. It is not stuck where it has arrived, nor while it waits for
+    sensors that fail.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class Recovery:
             why = f"lost for {self._lost.elapsed(estimate.time):.0f} s"
             return status, step, self._reason(why, self._lost) if step is RecoveryStep.GIVE_UP else None
         self._lost.leave()
-        if status in (Status.ARRIVED, Status.LOOKING):
+        if status in NOT_STUCK:
             self._from = None
             return status, None, None
         self._note_progress(estimate)
