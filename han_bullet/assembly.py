@@ -8,6 +8,7 @@ import numpy as np
 
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
+from han_bullet.control.recovery import Clearable, Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
@@ -129,8 +130,20 @@ def build_stack(
             raise BadInputError(f"layer {type(layer).__name__} has no name; a class attribute `name` would be right")
     floor = [(area.x, area.y) for area in world.floor]
     robot, settings = world.robot, world.costmap
-    boxes = world.solid_boxes()
     task = task_of(world)
+    layers = [
+        *standard_layers(
+            world.solid_boxes(),
+            robot_radius=robot.radius,
+            robot_speed=robot.max_speed,
+            inflation_radius=settings.inflation_radius,
+            cost_scaling_factor=settings.cost_scaling_factor,
+            pass_side=pass_side,
+            without=without,
+            parameters=world.layers,
+        ),
+        *layers,
+    ]
     return NavigationStack(
         localization=localization,
         detector=detector,
@@ -138,19 +151,7 @@ def build_stack(
         tracker=tracker,
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),
-        layers=[
-            *standard_layers(
-                boxes,
-                robot_radius=robot.radius,
-                robot_speed=robot.max_speed,
-                inflation_radius=settings.inflation_radius,
-                cost_scaling_factor=settings.cost_scaling_factor,
-                pass_side=pass_side,
-                without=without,
-                parameters=world.layers,
-            ),
-            *layers,
-        ],
+        layers=layers,
         planner=Planner(weight=settings.astar_weight, replan_period=1.0 / settings.replan_rate),
         follower=Follower(
             radius=robot.radius,
@@ -165,6 +166,14 @@ def build_stack(
             radius=robot.radius,
             max_acceleration=robot.max_acceleration,
             max_yaw_acceleration=robot.max_yaw_acceleration,
+        ),
+        recovery=Recovery(
+            relocalize=localization.relocalize,
+            obstacles=[layer for layer in layers if isinstance(layer, Clearable)],
+            wait=world.recovery.wait,
+            clear=world.recovery.clear,
+            ask=world.recovery.ask,
+            search=world.recovery.relocalize,
         ),
         health=sensor_health(world, sees=sees, own_senses=own_senses),
     )

@@ -35,11 +35,10 @@ class Hook(ABC):
         """Finish files; called once, also when the episode ends by an error."""
 
 
-ENDINGS = (Status.ARRIVED, Status.BLOCKED)
-
-
-def run_episode(simulator: Simulator, stack: NavigationStack, *, duration: float, hooks: Sequence[Hook] = ()) -> Status:
-    """Close the loop until the task ends or the time [s] is over; return the robot's last status.
+def run_episode(
+    simulator: Simulator, stack: NavigationStack, *, duration: float, hooks: Sequence[Hook] = ()
+) -> Decision:
+    """Close the loop until the task ends or the time [s] is over; return the last decision.
 
     Hooks are closed in every case, so that what they wrote is whole.
     """
@@ -54,7 +53,9 @@ def run_episode(simulator: Simulator, stack: NavigationStack, *, duration: float
             tick = Tick(observation, decision, simulator.truth)
             for hook in hooks:
                 hook.record(tick)
-            if decision.status in ENDINGS or observation.time >= duration:
-                return decision.status
+            arrived = decision.status is Status.ARRIVED
+            if arrived or decision.gave_up is not None or observation.time >= duration:
+                return decision
             simulator.request_hand_over(decision.asks_for_hand_over)
+            simulator.request_way(decision.asks_to_make_way)
             observation = simulator.step(decision.command)

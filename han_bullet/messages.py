@@ -455,6 +455,16 @@ class Status(str, Enum):
     BLIND = "stopped: no sensor works"
 
 
+class RecoveryStep(str, Enum):
+    """What a robot does that cannot go on, in the order in which it is tried."""
+
+    WAIT = "waits"
+    CLEAR = "clears the obstacle layer"
+    ASK = "asks people to make way"
+    RELOCALIZE = "looks for itself on the whole map"
+    GIVE_UP = "gives up"
+
+
 @dataclass(frozen=True)
 class TruePerson:
     """A person as the simulator knows them; goes to metrics and video only.

@@ -13,7 +13,8 @@ from han_bullet.costmap.grid import SOCIAL_MAX
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array
 from han_bullet.lettering import Colour, Lettering, Picture
-from han_bullet.messages import CameraImage, Detections, Fault, Status
+from han_bullet.messages import CameraImage, Detections, Fault, RecoveryStep, Status
+from han_bullet.stack import Decision
 from han_bullet.topdown import GOAL, INK, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
 from han_bullet.world_schema import World
 
@@ -90,7 +91,7 @@ class TitleBar:
             self._lettering.write(picture, value, (right - FIELD_WIDTH, 35), VALUE_SIZE, PALE, bold=True)
             right -= FIELD_WIDTH
         self._draw_faults(picture, tick.decision.faults)
-        self._draw_status(picture, tick.decision.status, right - 2 * PAD)
+        self._draw_status(picture, tick.decision, right - 2 * PAD)
 
     def _draw_faults(self, picture: Picture, faults: Sequence[Fault]) -> None:
         """Tell what the robot knows to be wrong with its sensors, in place of the description."""
@@ -101,12 +102,14 @@ class TitleBar:
         text = "faults noticed: " + ", ".join(f"{fault.sensor} {fault.kind}" for fault in faults)
         self._lettering.write(picture, self._lettering.shorten(text, 14, self._room), (start, middle), 14, FAULT)
 
-    def _draw_status(self, picture: Picture, status: Status, right: float) -> None:
-        """Draw the status in a rounded box that ends at a column [px]."""
+    def _draw_status(self, picture: Picture, decision: Decision, right: float) -> None:
+        """Draw the status, or what is tried beyond waiting, in a rounded box that ends at a column [px]."""
+        status, step = decision.status, decision.step
+        text = status.value if step in (None, RecoveryStep.WAIT) else f"cannot go on: {step.value}"
         half, middle = 15.0, picture.shape[0] / 2
-        left = right - 2 * half - self._lettering.width(status.value, VALUE_SIZE - 2, bold=True)
+        left = right - 2 * half - self._lettering.width(text, VALUE_SIZE - 2, bold=True)
         drawing.line(picture, np.array([[left + half, middle], [right - half, middle]]), STATUS_COLOURS[status], 30)
-        self._lettering.write(picture, status.value, (left + half, middle), VALUE_SIZE - 2, PALE, bold=True)
+        self._lettering.write(picture, text, (left + half, middle), VALUE_SIZE - 2, PALE, bold=True)
 
 
 def draw_legend(size: tuple[int, int], lettering: Lettering, pixels_per_metre: float) -> Picture:

@@ -20,6 +20,7 @@ from han_bullet.world_schema import World
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
 LASER_HEADER = ("time", "angle_min", "angle_increment", "range_min", "range_max", "x", "y", "yaw")
 POSES_HEADER = ("time", "x", "y", "yaw", "lost")
+STATUS_HEADER = ("time", "status", "step")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FRAMES_HEADER = ("time", "camera", "exposed", "checksum", "brightness", "contrast", "shift_right", "shift_down")
@@ -103,6 +104,26 @@ class PosesRecorder(TableRecorder):
         estimate = tick.decision.estimate
         pose = estimate.pose_robot_in_world
         yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
+
+
+class StatusRecorder(TableRecorder):
+    """Write what the robot is up to, and what it tries where it cannot go on: one row per change.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, STATUS_HEADER)
+        self._last: tuple[Cell, ...] = ()
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the row of a tick that differs from the one before."""
+        decision = tick.decision
+        now = decision.status.name.lower(), None if decision.step is None else decision.step.name.lower()
+        if now != self._last:
+            self._last = now
+            yield tick.truth.time, *now
 
 
 class LaserRecorder(TableRecorder):

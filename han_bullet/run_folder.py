@@ -14,8 +14,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
+from han_bullet.messages import RecoveryStep
 from han_bullet.metrics.tally import Value
 from han_bullet.world_schema import CONTROL_PERIOD
+
+Step = tuple[float, RecoveryStep | None]  # since when [s]; None: the robot goes on
 
 
 class _Entry(BaseModel):
@@ -59,6 +62,7 @@ class ResultFile(_Entry):
     versions: dict[str, str]
     git_commit: str
     outcome: str
+    outcome_detail: str | None
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
     timings: dict[str, float | int | None]
@@ -175,3 +179,20 @@ def read_table(path: Path) -> Table:
         if len(line) != len(header):
             raise Table(path, {}).unreadable(index, f"it has {len(line)} cells; {len(header)} would be right")
     return Table(path, dict(zip(header, zip(*lines, strict=True) if lines else ((),) * len(header), strict=True)))
+
+
+def read_steps(folder: Path) -> list[Step]:
+    """Return when the robot began what, since it could not go on, and when it could again.
+
+    Raises:
+        BadInputError: status.csv is missing, or no table of statuses.
+    """
+    table = read_table(folder / "status.csv")
+    steps: list[Step] = [(0.0, None)]
+    for index, ((time,), name) in enumerate(zip(table.numbers("time").tolist(), table.words("step"), strict=True)):
+        if name and name.upper() not in RecoveryStep.__members__:
+            raise table.unreadable(index, f"its step is {name!r}")
+        step = RecoveryStep[name.upper()] if name else None
+        if step is not steps[-1][1]:
+            steps.append((time, step))
+    return steps[1:]

@@ -40,6 +40,7 @@ from han_bullet.recorder import (
     LaserRecorder,
     MessagesRecorder,
     PosesRecorder,
+    StatusRecorder,
     TraceRecorder,
     TracksRecorder,
 )
@@ -116,6 +117,7 @@ class RunResult:
         checks: The world's expectations, held against them.
         faults: Of sensors, as the robot noticed them.
         real_time_factor: Simulated seconds per second of the loop.
+        gave_up: Why the robot gave up, in a sentence; None where it did not.
     """
 
     folder: Path
@@ -123,6 +125,7 @@ class RunResult:
     checks: tuple[Check, ...]
     faults: tuple[NoticedFault, ...]
     real_time_factor: float
+    gave_up: str | None
 
 
 def run_world(
@@ -167,7 +170,7 @@ def run_world(
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
         onlookers = [latency, metrics, noticed, *recorders, *hooks]
-        run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers)
+        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers).gave_up
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
@@ -182,6 +185,7 @@ def run_world(
         "layers": [layer.name for layer in stack.layers],
         "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
+        "outcome_detail": gave_up,
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
         "timings": {
@@ -195,7 +199,7 @@ def run_world(
         },
     }
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took)
+    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took, gave_up)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:
@@ -325,6 +329,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         PosesRecorder(folder / "poses.csv"),
+        StatusRecorder(folder / "status.csv"),
         LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),
         FramesRecorder(folder / "frames.csv"),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
+from han_bullet.control.recovery import Recovery
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
@@ -23,6 +24,7 @@ from han_bullet.messages import (
     Observation,
     Path,
     PoseEstimate,
+    RecoveryStep,
     Scan,
     Scene,
     Status,
@@ -50,6 +52,8 @@ class Decision:
         command: For the robot.
         status: What the robot is up to.
         faults: What is wrong with its sensors, as it has noticed.
+        step: What it tries since it cannot go on; None while it can.
+        gave_up: Why it gave up, in a sentence; None as long as it has not.
     """
 
     time: float
@@ -63,15 +67,22 @@ class Decision:
     command: Twist2D
     status: Status
     faults: tuple[Fault, ...] = ()
+    step: RecoveryStep | None = None
+    gave_up: str | None = None
 
     @property
     def asks_for_hand_over(self) -> bool:
         """Tell whether the robot is asking a person it has chosen to turn to it."""
         return isinstance(self.scene.task, HandOver) and self.scene.task.person is not None
 
+    @property
+    def asks_to_make_way(self) -> bool:
+        """Tell whether the robot is asking people to let it pass: for a loudspeaker, and whoever can act on it."""
+        return self.step is RecoveryStep.ASK
+
 
 class NavigationStack:
-    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, brake if need be."""
+    """Turn one observation into one command: localize, detect, project, track, map, plan, follow, brake or recover."""
 
     def __init__(
         self,
@@ -86,6 +97,7 @@ class NavigationStack:
         planner: Planner,
         follower: Follower,
         protective_stop: ProtectiveStop,
+        recovery: Recovery,
         health: SensorHealth | None = None,
     ) -> None:
         self.localization = localization
@@ -98,6 +110,7 @@ class NavigationStack:
         self.planner = planner
         self.follower = follower
         self.protective_stop = protective_stop
+        self.recovery = recovery
         self.health = health or SensorHealth()
         self._trail = PoseTrail()
         self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
@@ -137,6 +150,7 @@ class NavigationStack:
         if braked:
             self.follower.overruled(command, pose)
             status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
+        status, step, gave_up = self.recovery.update(estimate, status)
         return Decision(
             observation.time,
             estimate,
@@ -149,4 +163,6 @@ class NavigationStack:
             command,
             status,
             (*health.faults, *self.situation.device_faults),
+            step,
+            gave_up,
         )

@@ -63,7 +63,9 @@ class Wall(Part):
 class Trigger(Part):
     """When something begins."""
 
-    when: Literal["time", "robot_moves", "robot_near"] = "time"
+    when: Literal["time", "robot_moves", "robot_near", "robot_asks"] = Field(
+        "time", description="robot_asks: it asks people to make way, since it cannot go on"
+    )
     delay: NonNegative = Field(0.0, description="after that event; for `time`, after the start [s]")
     distance: Positive = Field(2.0, description="for `robot_near`: between the centres [m]")
 
@@ -337,6 +339,15 @@ class CostmapSettings(Part):
         return self
 
 
+class RecoverySettings(Part):
+    """How long the robot tries what, once it cannot go on, before it gives up; a step of 0 s is left out."""
+
+    wait: Positive = Field(10.0, description="for the way to become free by itself [s]")
+    clear: NonNegative = Field(5.0, description="after it forgot what its sensors saw of obstacles [s]")
+    ask: NonNegative = Field(10.0, description="people to make way [s]")
+    relocalize: NonNegative = Field(10.0, description="when it is lost: to find itself on the map [s]")
+
+
 ALL_CAMERAS, LASER, WHEELS = "all", "laser", "wheels"  # targets of faults besides cameras and devices, by name
 
 
@@ -440,6 +451,7 @@ class World(Part):
     seed_varies: SeedVariation = SeedVariation()
     layers: dict[str, dict[str, float]] = Field(default_factory=dict, description="layer -> parameter -> value")
     costmap: CostmapSettings = CostmapSettings()
+    recovery: RecoverySettings = RecoverySettings()
     score_threshold: Finite | None = Field(
         None, description="least ACF score of a proposal of the shipped model; None: its own"
     )

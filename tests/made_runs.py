@@ -38,6 +38,7 @@ RESULT: dict[str, Any] = {
     "scaled": [],
     "versions": {},
     "outcome": "timeout",
+    "outcome_detail": None,
     "metrics": [],
     "checks": [],
     "timings": {},
@@ -79,7 +80,9 @@ def made_run(
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
-    return RecordedRun(Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {})
+    return RecordedRun(
+        Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {}, ()
+    )
 
 
 def replayed(run: RecordedRun) -> Replay:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from han_bullet.control.follower import Follower
+from han_bullet.control.recovery import Recovery
 from han_bullet.costmap.grid import INSCRIBED, Costmap
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.geometry import Pose2D, SolidBox
@@ -70,11 +71,11 @@ def test_a_person_anywhere_beside_a_doorway_up_to_touching_its_jamb_leaves_it_op
 
 def follow(grid: Costmap, seconds: float, *people: TrackedPerson) -> list[Status]:
     """What a robot that cannot move on says, tick by tick."""
-    planner, follower, said = Planner(), Follower(), []
+    planner, follower, recovery, said = Planner(), Follower(), Recovery(relocalize=lambda: None, ask=0.0), []
     for time in np.arange(0.0, seconds, 0.05):
         path = planner.update(grid, START.position, GOAL.position, float(time), False, people)
         seen = PoseEstimate(float(time), START)
-        said.append(follower.follow(path, GOAL, seen, people, grid)[1])
+        said.append(recovery.update(seen, follower.follow(path, GOAL, seen, people, grid)[1])[0])
     return said
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from han_bullet.control.follower import Follower
 from han_bullet.control.proximity import ProximityLimit
+from han_bullet.control.recovery import Recovery
 from han_bullet.control.way import Way
 from han_bullet.costmap.grid import LETHAL, Costmap
 from han_bullet.costmap.layer import Layer
@@ -113,7 +114,7 @@ def test_once_arrived_it_stays_until_the_goal_moves_away() -> None:
     assert status is Status.MOVING
 
 
-def test_without_a_way_it_brakes_waits_and_after_10_seconds_is_blocked() -> None:
+def test_without_a_way_it_brakes_and_waits_until_there_is_one() -> None:
     follower, goal = Follower(), Pose2D(14.0, 0.0, 0.0)
     poses, twists, _ = drive(follower, goal, ticks=40)
     assert twists[-1].speed > 0.9
@@ -124,7 +125,7 @@ def test_without_a_way_it_brakes_waits_and_after_10_seconds_is_blocked() -> None
         speeds.append(twist.speed)
     assert speeds[0] == pytest.approx(twists[-1].speed - 0.05, abs=1e-6)
     assert max(speeds[21:]) < 1e-9
-    assert states == [Status.WAITING] * 200 + [Status.BLOCKED] * 10
+    assert states == [Status.WAITING] * 210
     path = straight((4.0, 0.0), (14.0, 0.0))
     _, status = follower.follow(path, goal, PoseEstimate(20.0, poses[-1]), (), CORRIDOR)
     assert status is Status.MOVING
@@ -145,7 +146,7 @@ def test_at_the_end_of_a_way_short_of_the_goal_it_waits_and_a_trembling_end_does
     assert pose.x == pytest.approx(5.0, abs=0.06)
     first = states.index(Status.WAITING)
     assert set(states[:first]) == {Status.MOVING}
-    assert states[first:] == [Status.WAITING] * 200 + [Status.BLOCKED] * (200 - first)
+    assert first < 200 and set(states[first:]) == {Status.WAITING}
     assert max(speeds[first + 2 :]) < 1e-9
     path = straight((pose.x, 0.0), (5.5, 0.0))
     twist, status = follower.follow(path, goal, PoseEstimate(20.0, pose), (), CORRIDOR)
@@ -309,6 +310,7 @@ def run(
     """Close the loop round a point robot that does what it is told."""
     layers = corridor_layers() if layers is None else layers
     planner, follower, pose, twist = Planner(weight=weight), Follower(), start, Twist2D()
+    recovery = Recovery(relocalize=lambda: None, ask=0.0)
     robot, truth, speeds, sides, walking_for, status = [], [], [], [], 0.0, Status.MOVING
     for tick in range(800):
         tracks = tuple(person.track(walking_for) for person in people)
@@ -317,6 +319,7 @@ def run(
             layer.apply(costmap, Scene(PERIOD * tick, tracks))
         path = planner.update(costmap, pose.position, goal.position, PERIOD * tick, False, tracks)
         twist, status = follower.follow(path, goal, PoseEstimate(PERIOD * tick, pose), tracks, costmap)
+        status, _, _ = recovery.update(PoseEstimate(PERIOD * tick, pose), status)
         robot.append(pose.position)
         truth.append([person.true_position(walking_for) for person in people])
         speeds.append(twist.speed)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ticks import CAMERA, found, frame, make_world, person, scan, tick, track
 
 from han_bullet.episode import Tick
-from han_bullet.messages import Contact, Status
+from han_bullet.messages import Contact, RecoveryStep, Status
 from han_bullet.metrics import DEFINITIONS, Metrics, Value
 from han_bullet.metrics.intrusion import personal_space
 from han_bullet.metrics.perceived import match
@@ -38,6 +38,12 @@ def test_a_run_that_arrives_has_the_time_from_its_first_tick_to_the_first_arriva
 def test_a_run_that_does_not_arrive_has_no_time_to_goal(last: Status, outcome: str):
     values = measure([tick(0), tick(1, status=last)])
     assert (values["outcome"], values["time_to_goal"]) == (outcome, None)
+
+
+def test_a_robot_that_gave_up_since_it_was_lost_ends_as_lost_and_one_that_still_looks_as_timeout():
+    lost = tick(1, status=Status.LOST, step=RecoveryStep.RELOCALIZE)
+    assert measure([tick(0), lost])["outcome"] == "timeout"
+    assert measure([lost, tick(2, status=Status.LOST, gave_up="lost for 11 s")])["outcome"] == "lost"
 
 
 def test_path_length_and_turning_add_up_between_ticks():

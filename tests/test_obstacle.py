@@ -105,6 +105,14 @@ def test_a_scan_counts_once_however_often_it_is_looked_at() -> None:
     assert len(marked(costmap)) == 0
 
 
+def test_what_is_cleared_is_free_at_once_and_marked_anew_if_it_is_still_there() -> None:
+    robot = Robot()
+    robot.look(BOX, scans=5)
+    robot.layer.clear()
+    assert len(marked(robot.map(Scene(robot.time, pose_robot_in_world=HERE)))) == 0
+    assert [len(marked(robot.look(BOX))) > 0 for _ in range(3)] == [False, False, True]
+
+
 def test_between_scans_the_marks_stay() -> None:
     robot = Robot()
     seen = robot.look(BOX, scans=5)

@@ -20,8 +20,10 @@ STEP = 1.0 / 240.0
 FAR_ROBOT = Pose2D(-50.0, 0.0, 0.0)
 
 
-def robot(time: float = 0.0, pose: Pose2D = FAR_ROBOT, speed: float = 0.0, asks: bool = False) -> RobotNow:
-    return RobotNow(time, pose, speed, asks)
+def robot(
+    time: float = 0.0, pose: Pose2D = FAR_ROBOT, speed: float = 0.0, asks: bool = False, wants_way: bool = False
+) -> RobotNow:
+    return RobotNow(time, pose, speed, asks, wants_way)
 
 
 def let_go_on(behaviour: Behaviour, seconds: float, start: float = 0.0, **around: object) -> list[Pose2D]:
@@ -100,6 +102,17 @@ def test_a_trigger_by_nearness_fires_within_its_distance_of_the_one_who_waits() 
     assert not signal.given(robot(2.0, Pose2D(1.0, 2.9, 0.0)), here)
     assert not signal.given(robot(2.4, Pose2D(9.0, 9.0, 0.0)), here)
     assert signal.given(robot(2.5, Pose2D(9.0, 9.0, 0.0)), here)
+
+
+def test_a_walker_makes_way_once_asked_and_does_not_come_back_when_the_robot_asks_no_more() -> None:
+    walk = Walk(waypoints=((0.0, 1.0),), speed=0.7, starts=Trigger(when="robot_asks", delay=0.5))
+    walker = Walking(Pose2D(0.0, 0.0, 0.0), walk)
+    assert all(pose == Pose2D(0.0, 0.0, 0.0) for pose in let_go_on(walker, 2.0, pose=Pose2D(-1.0, 0.0, 0.0), asks=True))
+    let_go_on(walker, 0.1, start=2.0, wants_way=True)
+    let_go_on(walker, 0.35, start=2.1)
+    assert walker.speed == 0.0
+    let_go_on(walker, 6.0, start=2.45)
+    assert walker.pose_in_world.distance_to(np.array([0.0, 1.0])) < 0.05
 
 
 def test_someone_asked_for_a_hand_over_turns_to_the_robot_within_its_rate() -> None:

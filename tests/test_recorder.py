@@ -8,13 +8,14 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth
+from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth, RecoveryStep, Status
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
     FramesRecorder,
     MessagesRecorder,
+    StatusRecorder,
     TraceRecorder,
     TracksRecorder,
 )
@@ -49,6 +50,24 @@ def test_the_trace_has_a_row_per_tick_with_robot_and_people(tmp_path: Path):
         "5.000000,-0.200000,0.000000,standing,9.000000,1.000000,1.500000,walking",
         "0.050000,1.050000,-0.500000,3.000000,0.250000,-0.125000,0.100000,"
         "5.000000,-0.200000,0.000000,seated,9.000000,1.000000,1.500000,walking",
+    ]
+
+
+def test_the_status_has_a_row_per_change_with_the_recoverys_step(tmp_path: Path):
+    ticks = (
+        tick(0, status=Status.WAITING, step=RecoveryStep.WAIT),
+        tick(1, status=Status.WAITING, step=RecoveryStep.WAIT),
+        tick(2, status=Status.WAITING, step=RecoveryStep.ASK),
+        tick(3, status=Status.MOVING, step=RecoveryStep.ASK),
+        tick(4, status=Status.MOVING),
+    )
+    write(StatusRecorder(tmp_path / "status.csv"), ticks)
+    assert (tmp_path / "status.csv").read_text().splitlines() == [
+        "time,status,step",
+        "0.000000,waiting,wait",
+        "0.100000,waiting,ask",
+        "0.150000,moving,ask",
+        "0.200000,moving,",
     ]
 
 

@@ -30,7 +30,7 @@ def layer(name: str, largest: float | None = 0.0, cost_of_way: float = 4.5, **ch
 
 def way(*layers: LayerEffect, best: bool = True) -> WayExplained:
     cost = 4.5 if best else math.inf
-    return WayExplained(Status.MOVING, cost, WAY if best else None, cost, 4.0, None, {}, layers)
+    return WayExplained(Status.MOVING, None, cost, WAY if best else None, cost, 4.0, None, {}, layers)
 
 
 def test_the_layer_that_moves_the_way_most_is_named_with_side_and_cause() -> None:

@@ -110,6 +110,9 @@ def _print_way(way: WayExplained, console: Console) -> None:
     from han_bullet.explain.sentences import NOTICED, details, has_effect, sides_of, verdict
 
     console.print(f"\n[bold]Way[/] (the robot is {way.status.value})", soft_wrap=True)
+    if way.step is not None:
+        since, step = way.step
+        console.print(f"it cannot go on: since {since:.2f} s it {step.value}", soft_wrap=True)
     if way.best is None:
         console.print("there is no free way", soft_wrap=True)
     else:

@@ -116,6 +116,8 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     result = run_world(options.world, run_options, folder, hooks=[bar])
     _print_metrics(result, console)
     _print_faults(result, console)
+    if result.gave_up is not None:
+        console.print(f"[red]gave up[/]: {result.gave_up}", soft_wrap=True)
     failed = [check for check in result.checks if not check.passed]
     for check in failed:
         told = f"{check.metric} is {check.value}, expected {check.expected}"

@@ -22,7 +22,6 @@ FACE_AHEAD = 1.0  # while travelling it faces the way this far ahead [m]; farthe
 SLOWEST_FACING_AWAY = 0.3  # part of its speed at which the robot moves where its front does not look
 CLOSE_ENOUGH = 0.5  # part of the tolerance in which it stops and only turns, lest it chase a goal that trembles
 STANDING = 0.05  # below it the robot stands [m/s]; what one control period can take away
-GIVE_UP_AFTER = 10.0  # without a way to go [s]
 
 
 class Follower:
@@ -65,7 +64,6 @@ class Follower:
         self._velocity_in_world: Array = np.zeros(2)
         self._omega = 0.0
         self._arrived_at: Pose2D | None = None
-        self._waiting_since: float | None = None
 
     def follow(
         self,
@@ -78,7 +76,7 @@ class Follower:
     ) -> tuple[Twist2D, Status]:
         """Return the command for the next control period, and what the robot is up to.
 
-        Without a way, or at the end of one that stops short of the goal, it waits, and is blocked after 10 s.
+        Without a way, or at the end of one that stops short of the goal, it waits.
 
         Args:
             path: The way from the robot to the goal or towards it, or None.
@@ -98,12 +96,11 @@ class Follower:
         if pose.distance_to(goal.position) <= self.tolerance_position:  # even if somebody now blocks the goal's cell
             path = path or Path(np.vstack([pose.position, goal.position]), 0.0)
         if path is None:
-            return self._command(np.zeros(2), 0.0, pose), self._waiting(estimate.time)
+            return self._command(np.zeros(2), 0.0, pose), Status.WAITING
         yaw = goal.yaw if pose.distance_to(goal.position) < TURN_AT else pose.yaw
         way = Way(_ending_at(goal.position, path.points_in_world, costmap.resolution))
         if self._stands_before(goal, way):
-            return self._command(np.zeros(2), self._turn(yaw - pose.yaw), pose), self._waiting(estimate.time)
-        self._waiting_since = None
+            return self._command(np.zeros(2), self._turn(yaw - pose.yaw), pose), Status.WAITING
         if way.length > TURN_AT:
             yaw = way.direction_to(FACE_AHEAD, pose.yaw)
         velocity: Array = np.zeros(2)
@@ -137,10 +134,6 @@ class Follower:
         short = goal.distance_to(way.end) > self.tolerance_position
         standing = float(np.hypot(*self._velocity_in_world)) <= STANDING
         return short and standing and way.length <= self.tolerance_position
-
-    def _waiting(self, time: float) -> Status:
-        self._waiting_since = time if self._waiting_since is None else self._waiting_since
-        return Status.BLOCKED if time - self._waiting_since >= GIVE_UP_AFTER - 1e-9 else Status.WAITING
 
     def _target(self, way: Way, costmap: Costmap) -> Array:
         """Return the point to steer to: as far ahead as the straight line to it stays free."""

@@ -78,6 +78,10 @@ class ObstacleLayer(Layer):
             self._take_in(costmap, scan, pose, scene)
         costmap.raise_building_to(self._marks)
 
+    def clear(self) -> None:
+        """Forget all marks; what is still there is marked anew by the scans to come."""
+        self._grid = ()
+
     def _take_in(self, costmap: Costmap, scan: LaserScan, pose: Pose2D, scene: Scene) -> None:
         scanner = pose.to_world(scan.scanner_in_body.position)
         angles = scan.angles + scan.scanner_in_body.yaw + pose.yaw

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from han_bullet.geometry import Array
-from han_bullet.messages import Fault, Status
+from han_bullet.messages import Fault, RecoveryStep, Status
 
 Place = tuple[float, float]
 
@@ -140,6 +140,7 @@ class WayExplained:
 
     Attributes:
         status: What the robot was up to.
+        step: Since when [s] it tried what, as it could not go on; None where it could.
         taken_cost: Of the way that the robot was on, on the costmap of that time; infinite where it had none.
         best: The best one of that time; the robot keeps an older one while that is hardly dearer.
         best_cost: Its cost.
@@ -150,6 +151,7 @@ class WayExplained:
     """
 
     status: Status
+    step: tuple[float, RecoveryStep] | None
     taken_cost: float
     best: Array | None
     best_cost: float

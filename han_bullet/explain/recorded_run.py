@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -18,17 +19,19 @@ from han_bullet.messages import (
     LaserScan,
     PoseEstimate,
     Posture,
+    RecoveryStep,
     TruePerson,
     Truth,
 )
 from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, ray_columns
-from han_bullet.run_folder import ResultFile, Table, is_run, read_result, read_table
+from han_bullet.run_folder import ResultFile, Step, Table, is_run, read_result, read_steps, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
 TABLES = (
     "trace.csv",
     "poses.csv",
+    "status.csv",
     "laser.csv",
     "tracks.csv",
     "frames.csv",
@@ -74,6 +77,7 @@ class RecordedRun:
             missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
+        steps: What the robot tried where it could not go on.
     """
 
     folder: Path
@@ -86,6 +90,7 @@ class RecordedRun:
     detections: Mapping[Image, Detections]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
+    steps: Sequence[Step]
 
     @property
     def sees(self) -> bool:
@@ -102,6 +107,11 @@ class RecordedRun:
         if not 0.0 <= time <= end + CONTROL_PERIOD:
             raise BadInputError(f"time is {time:g} s; the run {str(self.folder)!r} lasts from 0 to {end:g} s")
         return min(int(time / CONTROL_PERIOD + 1e-6), len(self.truths) - 1)
+
+    def step_at(self, time: float) -> tuple[float, RecoveryStep] | None:
+        """Return since when [s] the robot tried what at a time [s]; None where it could go on."""
+        since, step = max((one for one in self.steps if one[0] <= time), default=(0.0, None), key=itemgetter(0))
+        return None if step is None else (since, step)
 
 
 def read_run(folder: Path) -> RecordedRun:
@@ -136,6 +146,7 @@ def read_run(folder: Path) -> RecordedRun:
         detections,
         _messages(read_table(folder / "messages.csv")),
         tracks,
+        read_steps(folder),
     )
 
 

@@ -31,6 +31,7 @@ class WayReport:
     def __init__(self, replay: Replay, owners: Mapping[int, str]) -> None:
         self._owners = owners
         self._stack, self._tick = replay.stack, replay.tick
+        self._step = replay.run.step_at(replay.tick.truth.time)
         self._weight = replay.run.world.costmap.astar_weight
         self._scene = replay.tick.decision.scene
         self._goal = replay.stack.situation.goal()
@@ -43,6 +44,7 @@ class WayReport:
         taken = None if path is None else path.points_in_world
         return WayExplained(
             self._tick.decision.status,
+            self._step,
             self._cost(self._costmap, taken),
             self._best,
             self._cost(self._costmap, self._best),

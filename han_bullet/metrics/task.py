@@ -38,8 +38,8 @@ class TaskTally(Tally):
     definitions: ClassVar[Definitions] = {
         "outcome": Definition(
             "",
-            "how the task ended: arrived, blocked (the way or the goal not free for too long), timeout (neither in "
-            "time)",
+            "how the task ended: arrived, blocked (the way or the goal not free for too long), lost (the robot did not "
+            "find out where it is), timeout (nothing of these in time)",
             elsewhere="SocNavBench: termination_cause",
             headline=True,
         ),
@@ -101,12 +101,14 @@ class TaskTally(Tally):
         self._world = world
         self._contacts = contacts
         self._statuses: list[Status] = []
+        self._gave_up = False
         self._rows: list[tuple[float, float, float, float]] = []  # time, x, y, speed
 
     def record(self, tick: Tick) -> None:
         """Take note of one tick."""
         pose = tick.truth.pose_robot_in_world
         self._statuses.append(tick.decision.status)
+        self._gave_up = tick.decision.gave_up is not None
         self._rows.append((tick.truth.time, pose.x, pose.y, tick.truth.twist_robot_in_body.speed))
 
     def values(self) -> dict[str, Value]:
@@ -139,7 +141,9 @@ class TaskTally(Tally):
     def _outcome(self) -> str:
         if Status.ARRIVED in self._statuses:
             return "arrived"
-        return "blocked" if self._statuses[-1] is Status.BLOCKED else "timeout"
+        if self._statuses[-1] is Status.BLOCKED:
+            return "blocked"
+        return "lost" if self._gave_up else "timeout"
 
 
 def _goal(world: World) -> tuple[Array, float]:

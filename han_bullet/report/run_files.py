@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-from han_bullet.run_folder import ResultFile, read_result, read_table
+from han_bullet.run_folder import ResultFile, Step, read_result, read_steps, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -63,6 +63,7 @@ class Run:
         result: Of result.json.
         trace: Of trace.csv.
         tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
+        steps: What the robot tried where it could not go on.
         devices_on: When the robot was first told that a device is on [s], by its name.
         world: What the map shows; None where it is not known.
         no_map: Why it is not; else empty.
@@ -72,6 +73,7 @@ class Run:
     result: ResultFile
     trace: Trace
     tracks: Mapping[float, tuple[Array, Array]]
+    steps: Sequence[Step]
     devices_on: Mapping[str, float]
     world: World | None
     no_map: str
@@ -85,7 +87,7 @@ def read_run(folder: Path) -> Run:
     """
     result = read_result(folder)
     trace, tracks, devices_on = read_trace(folder), _read_tracks(folder), _read_devices_on(folder)
-    return Run(folder, result, trace, tracks, devices_on, *find_map(folder))
+    return Run(folder, result, trace, tracks, read_steps(folder), devices_on, *find_map(folder))
 
 
 def read_trace(folder: Path) -> Trace:

@@ -38,6 +38,7 @@ OF_PERCEPTION = ("tracked_share", "person_position_rmse")
 OUTCOMES = {
     "arrived": "The robot fulfilled its task",
     "blocked": "The robot found no free way",
+    "lost": "The robot did not find out where it is",
     "timeout": "The robot ran out of time",
 }
 
@@ -80,7 +81,8 @@ def _opening(result: ResultFile) -> Html:
     else:
         met = f"all {len(result.checks)} expectations are met"
     good = result.outcome == "arrived" and not failed
-    verdict = element("p", f"{outcome}; {met}.", class_=f"verdict {'good' if good else 'bad'}")
+    detail = "" if result.outcome_detail is None else f" It gave up: {result.outcome_detail}."
+    verdict = element("p", f"{outcome}; {met}.{detail}", class_=f"verdict {'good' if good else 'bad'}")
     names = KEY_METRICS if result.perception == "truth" else KEY_METRICS + OF_PERCEPTION
     chosen = [metric for name in names for metric in result.metrics if metric.name.split(".")[0] == name]
     cards = [_card(metric) for metric in chosen if metric.value not in (None, "none")]
@@ -139,7 +141,10 @@ def _encounters(run: Run) -> Html:
         "surfaces, so they begin where bodies touch. Below: the robot's true speed."
     )
     caption += " Dotted lines mark when the robot was told that a device is on." if run.devices_on else ""
-    return captioned(picture(draw_encounters(run), "Distances to people and speed over time"), caption)
+    chart = captioned(picture(draw_encounters(run), "Distances to people and speed over time"), caption)
+    steps = [f"{time:.2f} s: {'goes on' if step is None else step.value}" for time, step in run.steps]
+    note = [paragraph(f"Where the robot could not go on: {'; '.join(steps)}.")] if steps else []
+    return together([chart, *note])
 
 
 def _perception(run: Run) -> Html:

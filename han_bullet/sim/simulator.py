@@ -85,6 +85,10 @@ class Simulator:
         """Let the robot ask for the attention of people who then turn to it, or stop asking."""
         self._requests_hand_over = active
 
+    def request_way(self, active: bool) -> None:
+        """Let the robot ask people to make way, or stop asking."""
+        self._requests_way = active
+
     @property
     def truth(self) -> Truth:
         """Return the simulator's own state at this tick; never part of an observation."""
@@ -140,7 +144,8 @@ class Simulator:
         self._faults = Faults(self.world, self._seed)
         self._camera_faults = CameraFaults(self.world.cameras, self._faults)
         self._load_senses()
-        self._tick, self._step, self._requests_hand_over = 0, 0, False
+        self._tick, self._step = 0, 0
+        self._requests_hand_over = self._requests_way = False
         self._truth = self._look()
 
     def _load_senses(self) -> None:
@@ -174,7 +179,8 @@ class Simulator:
 
     def _robot_now(self) -> RobotNow:
         time, robot = self._step * PHYSICS_PERIOD, self._robot
-        return RobotNow(time, robot.pose_in_world, robot.twist_in_body.speed, self._requests_hand_over)
+        requests = self._requests_hand_over, self._requests_way
+        return RobotNow(time, robot.pose_in_world, robot.twist_in_body.speed, *requests)
 
     def _look(self) -> Truth:
         return Truth(

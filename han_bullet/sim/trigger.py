@@ -1,4 +1,4 @@
-"""When things begin: at a time, when the robot moves, when it comes near."""
+"""When things begin: at a time, when the robot moves, when it comes near, when it asks people to make way."""
 
 from __future__ import annotations
 
@@ -19,12 +19,14 @@ class RobotNow:
         pose_in_world: True pose.
         speed: True speed [m/s].
         requests_hand_over: Whether it asks for the person's attention.
+        requests_way: Whether it asks people to make way.
     """
 
     time: float
     pose_in_world: Pose2D
     speed: float
     requests_hand_over: bool = False
+    requests_way: bool = False
 
 
 class StartSignal:
@@ -48,4 +50,6 @@ class StartSignal:
     def _happens(self, robot: RobotNow, position_in_world: tuple[float, float]) -> bool:
         if self._trigger.when == "robot_moves":
             return robot.speed > MOVING_SPEED
+        if self._trigger.when == "robot_asks":
+            return robot.requests_way
         return robot.pose_in_world.distance_to(position_in_world) <= self._trigger.distance
