@@ -1,4 +1,4 @@
-"""What a run leaves behind as tables: trace.csv, poses.csv, tracks.csv, detections.csv, feet.csv and messages.csv.
+"""What a run leaves behind as tables: trace, poses, tracks, detections, feet, legs and messages, each a .csv.
 
 Rows are flushed tick by tick, so that a run that dies leaves whole lines behind. Numbers have a fixed format, so that
 equal runs give equal files.
@@ -22,6 +22,7 @@ POSES_HEADER = ("time", "x", "y", "yaw", "lost")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
 FEET_HEADER = ("time", "camera", "detection", "row")
+LEGS_HEADER = ("time", "x", "y", "deviation_x", "deviation_y", "correlation", "vacant")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
@@ -154,6 +155,28 @@ class FeetRecorder(TableRecorder):
             for number, row in enumerate([] if found.feet is None else found.feet.tolist()):
                 if math.isfinite(row):
                     yield found.time, found.camera, number, row
+
+
+class LegsRecorder(TableRecorder):
+    """Write what the laser said of people: a row per measurement, and one per person whose place is empty.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, LEGS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per measurement [m], then one per empty place with the person's id."""
+        legs = tick.decision.legs
+        if legs is None:
+            return
+        for place, covariance in zip(legs.positions.tolist(), legs.covariances.tolist(), strict=True):
+            (xx, xy), (_, yy) = covariance
+            yield legs.time, *place, math.sqrt(xx), math.sqrt(yy), xy / math.sqrt(xx * yy), None
+        for person in legs.vacant:
+            yield legs.time, None, None, None, None, None, person
 
 
 class MessagesRecorder(TableRecorder):

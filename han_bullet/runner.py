@@ -33,6 +33,7 @@ from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     DetectionsRecorder,
     FeetRecorder,
+    LegsRecorder,
     MessagesRecorder,
     PosesRecorder,
     TraceRecorder,
@@ -310,6 +311,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         TracksRecorder(folder / "tracks.csv"),
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
+        LegsRecorder(folder / "legs.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:

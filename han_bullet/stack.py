@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from han_bullet.control.follower import Follower
 from han_bullet.costmap.grid import Costmap
@@ -15,6 +15,7 @@ from han_bullet.localization.pose_trail import PoseTrail
 from han_bullet.messages import (
     FrameDetections,
     HandOver,
+    LegScan,
     Observation,
     Path,
     PoseEstimate,
@@ -25,6 +26,7 @@ from han_bullet.messages import (
 )
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
+from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import PeopleTracker
 
@@ -44,6 +46,7 @@ class Decision:
         path: The way taken, or None where there is no free one.
         command: For the robot.
         status: What the robot is up to.
+        legs: What the laser said of people; None where it had nothing to say.
     """
 
     time: float
@@ -56,6 +59,7 @@ class Decision:
     path: Path | None
     command: Twist2D
     status: Status
+    legs: LegScan | None = None
 
     @property
     def asks_for_hand_over(self) -> bool:
@@ -72,6 +76,7 @@ class NavigationStack:
         localization: Localization,
         detector: FrameDetector,
         projection: GroundProjection,
+        leg_finder: LegFinder,
         tracker: PeopleTracker,
         situation: Situation,
         free_space: Costmap,
@@ -82,6 +87,7 @@ class NavigationStack:
         self.localization = localization
         self.detector = detector
         self.projection = projection
+        self.leg_finder = leg_finder
         self.tracker = tracker
         self.situation = situation
         self.free_space = free_space
@@ -89,6 +95,7 @@ class NavigationStack:
         self.planner = planner
         self.follower = follower
         self._trail = PoseTrail()
+        self._people: tuple[TrackedPerson, ...] = ()
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -98,7 +105,8 @@ class NavigationStack:
         frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
         detections = self.detector.detect(frames)
         scans = [self.projection.project(*pair, pose) for pair in zip(frames, detections, strict=True)]
-        people = self.tracker.update(scans, observation.time)
+        legs = self._find_legs(observation, estimate)
+        self._people = people = self.tracker.update(scans, observation.time, legs)
         scene = self.situation.update(estimate, people, observation.device_messages)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
@@ -111,5 +119,22 @@ class NavigationStack:
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
         return Decision(
-            observation.time, estimate, tuple(detections), tuple(scans), people, scene, costmap, path, command, status
+            time=observation.time,
+            estimate=estimate,
+            detections=tuple(detections),
+            scans=tuple(scans),
+            people=people,
+            scene=scene,
+            costmap=costmap,
+            path=path,
+            command=command,
+            status=status,
+            legs=legs,
         )
+
+    def _find_legs(self, observation: Observation, estimate: PoseEstimate) -> LegScan | None:
+        """Look for people's legs in the laser's sweep, from where the robot was then."""
+        sweep = observation.laser
+        if sweep is not None:
+            estimate = replace(estimate, pose_robot_in_world=self._trail.pose_at(sweep.time))
+        return self.leg_finder.find(sweep, estimate, self._people)

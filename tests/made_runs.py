@@ -66,7 +66,7 @@ def made_run(
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
-    return RecordedRun(Path("made"), world, SETTINGS, truths, poses, found, {}, {})
+    return RecordedRun(Path("made"), world, SETTINGS, truths, poses, found, {}, {}, {})
 
 
 def replayed(run: RecordedRun) -> Replay:

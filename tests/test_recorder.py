@@ -8,8 +8,15 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import DeviceMessage, FrameDetections
-from han_bullet.recorder import DetectionsRecorder, FeetRecorder, MessagesRecorder, TraceRecorder, TracksRecorder
+from han_bullet.messages import DeviceMessage, FrameDetections, LegScan
+from han_bullet.recorder import (
+    DetectionsRecorder,
+    FeetRecorder,
+    LegsRecorder,
+    MessagesRecorder,
+    TraceRecorder,
+    TracksRecorder,
+)
 
 IMAGE = frame(time=0.05)
 TICKS = (
@@ -72,6 +79,19 @@ def test_known_feet_have_a_row_each_with_the_number_of_their_box(tmp_path: Path)
     assert (tmp_path / "feet.csv").read_text().splitlines() == [
         "time,camera,detection,row",
         "0.050000,ceiling,1,412.000000",
+    ]
+
+
+def test_legs_have_a_row_per_measurement_and_one_per_empty_place(tmp_path: Path):
+    covariances = np.array([[[0.01, 0.003], [0.003, 0.04]]])
+    legs = LegScan(0.05, np.array([[2.0, -1.0]]), covariances, vacant=(3, 5))
+    told = replace(TICKS[1], decision=replace(TICKS[1].decision, legs=legs))
+    write(LegsRecorder(tmp_path / "legs.csv"), (TICKS[0], told))
+    assert (tmp_path / "legs.csv").read_text().splitlines() == [
+        "time,x,y,deviation_x,deviation_y,correlation,vacant",
+        "0.050000,2.000000,-1.000000,0.100000,0.200000,0.150000,",
+        "0.050000,,,,,,3",
+        "0.050000,,,,,,5",
     ]
 
 

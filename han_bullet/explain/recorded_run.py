@@ -14,8 +14,15 @@ import numpy as np
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, DeviceMessage, PoseEstimate, Posture, TruePerson, Truth
-from han_bullet.recorder import DETECTIONS_HEADER, FEET_HEADER, MESSAGES_HEADER, POSES_HEADER, TRACKS_HEADER
+from han_bullet.messages import Detections, DeviceMessage, LegScan, PoseEstimate, Posture, TruePerson, Truth
+from han_bullet.recorder import (
+    DETECTIONS_HEADER,
+    FEET_HEADER,
+    LEGS_HEADER,
+    MESSAGES_HEADER,
+    POSES_HEADER,
+    TRACKS_HEADER,
+)
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
@@ -27,6 +34,7 @@ FILES = (
     "tracks.csv",
     "detections.csv",
     "feet.csv",
+    "legs.csv",
     "messages.csv",
 )
 Row = dict[str, str]
@@ -53,6 +61,7 @@ class RecordedRun:
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
         detections: (tick, camera) -> the boxes of that frame; frames without boxes are missing.
+        legs: Tick -> what the laser said of people; ticks without are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
     """
@@ -63,6 +72,7 @@ class RecordedRun:
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
     detections: Mapping[tuple[int, str], Detections]
+    legs: Mapping[int, LegScan]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
 
@@ -109,6 +119,7 @@ def read_run(folder: Path) -> RecordedRun:
         truths,
         dict(_rows(folder / "poses.csv", POSES_HEADER, _pose)),
         _detections(folder / "detections.csv", _feet(folder / "feet.csv")),
+        _legs(folder / "legs.csv"),
         _by_tick(_rows(folder / "messages.csv", MESSAGES_HEADER, _message)),
         tracks,
     )
@@ -186,6 +197,26 @@ def _feet(path: Path) -> dict[tuple[int, str], dict[int, float]]:
     for tick, (camera, number, row) in parsed:
         frames.setdefault((tick, camera), {})[number] = row
     return frames
+
+
+def _legs(path: Path) -> dict[int, LegScan]:
+    """Gather what the laser said at each tick: measurements, and the people whose place was empty."""
+    found = {}
+    for tick, rows in _by_tick(_rows(path, LEGS_HEADER, _leg_row)).items():
+        table = np.array([numbers for _, numbers, vacant in rows if vacant is None]).reshape(-1, 5)
+        x, y, right, up, correlation = table.T
+        both = correlation * right * up
+        covariances = np.array([[right**2, both], [both, up**2]]).transpose(2, 0, 1)
+        vacant = tuple(vacant for _, _, vacant in rows if vacant is not None)
+        found[tick] = LegScan(rows[0][0], np.column_stack([x, y]), covariances, vacant)
+    return found
+
+
+def _leg_row(row: Row) -> tuple[float, list[float], int | None]:
+    """Return the time [s], what is measured in the order of the header, and whose place is empty."""
+    if row["vacant"]:
+        return float(row["time"]), [], int(row["vacant"])
+    return float(row["time"]), _numbers(row, *LEGS_HEADER[1:6]), None
 
 
 def _truths(path: Path, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:

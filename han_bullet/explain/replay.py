@@ -23,6 +23,7 @@ from han_bullet.messages import (
     Frame,
     FrameDetections,
     LaserScan,
+    LegScan,
     Observation,
     Odometry,
     PoseEstimate,
@@ -31,6 +32,7 @@ from han_bullet.messages import (
     Truth,
 )
 from han_bullet.stack import NavigationStack
+from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.world_schema import CONTROL_PERIOD, Sit
 
@@ -111,6 +113,21 @@ class RecordedDetector(FrameDetector):
         return [found.at(frame.camera, frame.time) for found, frame in zip(boxes, frames, strict=True)]
 
 
+class RecordedLegs(LegFinder):
+    """Says of people what the laser said during a run.
+
+    Args:
+        run: The run.
+    """
+
+    def __init__(self, run: RecordedRun) -> None:
+        self._legs = run.legs
+
+    def find(self, scan: LaserScan | None, estimate: PoseEstimate, people: Sequence[TrackedPerson]) -> LegScan | None:
+        """Return what is written of that tick."""
+        return self._legs.get(round(estimate.time / CONTROL_PERIOD))
+
+
 def replay(run: RecordedRun, time: float) -> Replay:
     """Run the stack on a run's files up to a time [s].
 
@@ -150,6 +167,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         localization=RecordedLocalization(run),
         detector=RecordedDetector(run) if run.sees else NoDetector(),
         tracker=tracker,
+        leg_finder=RecordedLegs(run),
         without=[layer.name for layer in STANDARD if layer.name not in settings["layers"]],
         pass_side=settings["pass"],
         devices=known_devices(world, settings["device_session"]),
