@@ -107,28 +107,28 @@ def test_a_place_is_vacant_where_rays_pass_all_over_it() -> None:
 
 def test_a_walker_is_looked_for_where_they_have_got_to() -> None:
     walker = track(4, 6.2, 0.0, velocity=(1.0, 0.0))
-    later = sweep(*pair(6.7, 0.0), time=0.5)
-    assert FINDER.find(later, replace(HERE, time=0.5), [walker]).vacant == ()  # type: ignore[union-attr]
-    gone = sweep(*pair(6.0, -0.9), time=0.5)
-    assert FINDER.find(gone, replace(HERE, time=0.5), [walker]).vacant == (4,)  # type: ignore[union-attr]
+    later = sweep(*pair(7.0, 0.0), time=0.8)
+    assert FINDER.find(later, replace(HERE, time=0.8), [walker]).vacant == ()  # type: ignore[union-attr]
+    gone = sweep(*pair(6.0, -0.9), time=0.8)
+    assert FINDER.find(gone, replace(HERE, time=0.8), [walker]).vacant == (4,)  # type: ignore[union-attr]
 
 
 # The tracker.
 
 Log = list[tuple[float, tuple[TrackedPerson, ...]]]
 Legs = Callable[[float], Sequence[Place]]
+Seen = Callable[[float], Sequence[Place] | None]
 
 
-def follow(
-    tracker: MultiCameraTracker, legs: Legs, seen: Callable[[float], Sequence[Place]], until: float, seed: int = 0
-) -> Log:
-    """Sweep and photograph at 10 Hz; the camera errs by 0.1 m."""
+def follow(tracker: MultiCameraTracker, legs: Legs, seen: Seen, until: float, seed: int = 0) -> Log:
+    """Sweep at 10 Hz and photograph, where `seen` is not None; the camera errs by 0.1 m."""
     rng, log, people = np.random.default_rng(seed), [], ()
     for k in range(round(until / 0.1) + 1):
         time = 0.1 * k
-        scans = [at(EASTWARD, time, [np.array(place) + rng.normal(0.0, 0.1, 2) for place in seen(time)])]
+        shown = seen(time)
+        scans = [at(EASTWARD, time, [np.array(place) + rng.normal(0.0, 0.1, 2) for place in shown or ()])]
         found = FINDER.find(sweep(*legs(time), time=time, seed=k), replace(HERE, time=time), people)
-        people = tracker.update(scans if seen(time) else [], time, found)
+        people = tracker.update(scans if shown is not None else [], time, found)
         log.append((time, people))
     return log
 
@@ -137,8 +137,8 @@ def tracker_of(**more: Sequence[Seat]) -> MultiCameraTracker:
     return MultiCameraTracker(field_of_view=VIEW, **more)
 
 
-def nobody(time: float) -> Sequence[Place]:
-    return []
+def nobody(time: float) -> None:
+    """No camera looks."""
 
 
 def test_legs_alone_are_nobody() -> None:
@@ -146,7 +146,7 @@ def test_legs_alone_are_nobody() -> None:
     log = follow(tracker, lambda time: pair(7.0, 0.0), nobody, 5.0)
     assert not any(people for _, people in log)
     assert tracker.records == ()
-    once = follow(tracker, lambda time: pair(7.0, 0.0), lambda time: [(7.0, 0.0)] if time < 0.15 else [], 3.0)
+    once = follow(tracker, lambda time: pair(7.0, 0.0), lambda time: [(7.0, 0.0)] if time < 0.15 else None, 3.0)
     assert not any(people for _, people in once)  # not confirmed by cameras
 
 
@@ -155,8 +155,8 @@ def gone_at(log: Log) -> float:
 
 
 def test_legs_keep_somebody_whom_no_camera_sees_any_more_for_a_while() -> None:
-    def seen(time: float) -> Sequence[Place]:
-        return [(7.0, 0.0)] if time <= 3.0 else []
+    def seen(time: float) -> Sequence[Place] | None:
+        return [(7.0, 0.0)] if time <= 3.0 else None
 
     assert gone_at(follow(tracker_of(), nobody_near, seen, 8.0)) == pytest.approx(3.0 + OUTSIDE_LIFE, abs=0.15)
     log = follow(tracker_of(), lambda time: pair(7.0, 0.0), seen, 20.0)
@@ -164,6 +164,15 @@ def test_legs_keep_somebody_whom_no_camera_sees_any_more_for_a_while() -> None:
     assert {person.id for _, people in log for person in people} == {0}
     late = np.array([p[0].position_in_world for t, p in log if 5.0 < t <= 3.0 + LEGS_ALONE])
     assert np.abs(late - [7.0, 0.0]).max() < 0.03
+
+
+def test_legs_keep_somebody_whom_a_camera_misses_no_longer_than_that() -> None:
+    def seen(time: float) -> Sequence[Place]:
+        return [(7.0, 0.0)] if time <= 3.0 else []
+
+    assert gone_at(follow(tracker_of(), nobody_near, seen, 8.0)) == pytest.approx(3.0 + 3.0, abs=0.2)
+    log = follow(tracker_of(), lambda time: pair(7.0, 0.0), seen, 20.0)
+    assert gone_at(log) == pytest.approx(3.0 + LEGS_ALONE + 3.0, abs=0.2)
 
 
 def nobody_near(time: float) -> Sequence[Place]:
@@ -185,8 +194,8 @@ def test_with_legs_somebody_is_placed_more_than_twice_as_well() -> None:
 
 
 def test_a_vacant_place_near_the_robot_is_a_miss() -> None:
-    def seen(time: float) -> Sequence[Place]:
-        return [(6.8, 0.0)] if time <= 3.0 else []
+    def seen(time: float) -> Sequence[Place] | None:
+        return [(6.8, 0.0)] if time <= 3.0 else None
 
     tracker = tracker_of()
     log = follow(tracker, lambda time: pair(6.8, 0.0) if time <= 3.0 else [(6.0, -2.5)], seen, 9.0)
@@ -207,9 +216,10 @@ def test_a_post_beside_somebody_does_not_steal_them() -> None:
         return (*pair(*place(time)), post)
 
     for seed in range(3):
-        log = follow(tracker_of(), legs, lambda time: [place(time)] if time <= 3.0 else [], 8.0, seed)
+        log = follow(tracker_of(), legs, lambda time: [place(time)] if time <= 3.0 else None, 8.0, seed)
         errors = [math.dist(p[0].position_in_world, place(t)) for t, p in log if t > 1.0]
         assert len(errors) == 70
+        assert [p[0].posture for t, p in log if 5.9 < t < 6.8] == 8 * [Posture.WALKING]  # told by legs alone
         assert max(errors) < 0.25
         assert errors[-1] < 0.06
 
