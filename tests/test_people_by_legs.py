@@ -9,7 +9,7 @@ import pytest
 from test_tracker import EASTWARD, VIEW, at
 from ticks import track
 
-from benchmarks.legs import scanner_before
+from benchmarks.legs import compare, scanner_before
 from benchmarks.simulated_laser import SCANNER_IN_BODY, Laser
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.messages import LaserScan, LegScan, PoseEstimate, Posture, Seat, TrackedPerson
@@ -64,6 +64,15 @@ def test_the_pose_of_the_robot_makes_legs_less_sure() -> None:
     exact, by_turn, by_way = (measured(*pair(8.2, 0.0), estimate=e).covariances[0] for e in (HERE, turned, moved))
     assert by_turn - exact == pytest.approx(np.diag([0.0, 0.15**2]), abs=1e-3)
     assert by_way - exact == pytest.approx(np.diag([0.04, 0.0]), abs=1e-3)
+
+
+@pytest.mark.parametrize("posture", [Posture.STANDING, Posture.WALKING])
+def test_legs_are_as_far_from_the_true_person_as_they_claim(posture: Posture) -> None:
+    errors, total = compare(posture, 1.0, 3.0, people=8, seed=1)
+    assert total > 100 and len(errors) > 0.98 * total
+    assert abs(np.mean([error.along for error in errors])) < 0.02
+    assert math.sqrt(np.mean([error.along**2 + error.across**2 for error in errors])) < 0.07
+    assert 0.03 < 0.5 * np.mean([error.squared for error in errors]) < 1.0
 
 
 def test_somebody_beside_a_post_is_measured_without_it() -> None:
