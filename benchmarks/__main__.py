@@ -18,6 +18,7 @@ BENCHMARKS = (
     ("exhaustive_cnn",),
     ("rendered_people",),
     ("foot_points",),
+    ("legs",),
     ("planner",),
     ("costmap",),
     ("path_follows_cost",),

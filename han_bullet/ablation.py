@@ -13,6 +13,7 @@ from han_bullet.messages import (
     Frame,
     FrameDetections,
     LaserScan,
+    LegScan,
     Odometry,
     PoseEstimate,
     Posture,
@@ -65,7 +66,9 @@ class TruthTracker(PeopleTracker):
         self._truth = truth
         self._seat_names = seat_names or {}
 
-    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
+    def update(
+        self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = (), legs: LegScan | None = None
+    ) -> tuple[TrackedPerson, ...]:
         """Return everybody as they are."""
         return tuple(
             TrackedPerson(

@@ -27,6 +27,7 @@ from han_bullet.situation import Situation
 from han_bullet.stack import NavigationStack
 from han_bullet.tracking.association import Association, GlobalNearestNeighbour, NearestNeighbour
 from han_bullet.tracking.field_of_view import FieldOfView
+from han_bullet.tracking.legs import LaserLegs, LegFinder
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
@@ -101,6 +102,7 @@ def build_stack(
     localization: Localization,
     detector: FrameDetector,
     tracker: PeopleTracker,
+    leg_finder: LegFinder | None = None,
     without: Collection[str] = (),
     pass_side: str = "left",
     layers: Sequence[Layer] = (),
@@ -115,6 +117,7 @@ def build_stack(
         localization: Says where the robot is.
         detector: Finds people in frames.
         tracker: Follows them on the floor.
+        leg_finder: Finds their legs; None looks for them in the laser's scans.
         without: Names of layers to leave out.
         pass_side: On which side of walking people the robot overtakes, "left" or "right".
         layers: Further layers, applied after the standard ones.
@@ -148,6 +151,7 @@ def build_stack(
         localization=localization,
         detector=detector,
         projection=build_projection(world),
+        leg_finder=leg_finder or LaserLegs(obstacles=world.solid_boxes(), seats=world.seats()),
         tracker=tracker,
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),

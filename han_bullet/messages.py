@@ -286,6 +286,25 @@ class Scan:
     per_height: Array | None = None
 
 
+@dataclass(frozen=True)
+class LegScan:
+    """What one sweep of the laser says of people near the robot.
+
+    Attributes:
+        time: Of the sweep [s].
+        positions: Of people by their legs, or of what looks like legs, in the world, shape (n, 2) [m].
+        covariances: Shape (n, 2, 2) [m^2].
+        vacant: Ids of the people whose place is empty.
+        camera: Stands for the laser where cameras have their names.
+    """
+
+    time: float
+    positions: Array
+    covariances: Array
+    vacant: tuple[int, ...] = ()
+    camera: str = "laser"
+
+
 class Posture(str, Enum):
     """What a person is doing, as the layers distinguish it."""
 

@@ -26,6 +26,7 @@ DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "pr
 FRAMES_HEADER = ("time", "camera", "exposed", "checksum", "brightness", "contrast", "shift_right", "shift_down")
 FEET_HEADER = ("time", "camera", "detection", "row")
 EMPTY_SEATS_HEADER = ("time", "camera", "seat")
+LEGS_HEADER = ("time", "x", "y", "deviation_x", "deviation_y", "correlation", "vacant")
 MESSAGES_HEADER = ("time", "device", "sent", "on", "session")
 
 Cell = float | int | str | None
@@ -239,6 +240,28 @@ class EmptySeatsRecorder(TableRecorder):
         for found in tick.decision.detections:
             for seat in found.empty_seats:
                 yield found.time, found.camera, seat
+
+
+class LegsRecorder(TableRecorder):
+    """Write what the laser said of people: a row per measurement, and one per person whose place is empty.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, LEGS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return a row per measurement [m], then one per empty place with the person's id."""
+        legs = tick.decision.legs
+        if legs is None:
+            return
+        for place, covariance in zip(legs.positions.tolist(), legs.covariances.tolist(), strict=True):
+            (xx, xy), (_, yy) = covariance
+            yield legs.time, *place, math.sqrt(xx), math.sqrt(yy), xy / math.sqrt(xx * yy), None
+        for person in legs.vacant:
+            yield legs.time, None, None, None, None, None, person
 
 
 class MessagesRecorder(TableRecorder):

@@ -38,6 +38,7 @@ from han_bullet.recorder import (
     FeetRecorder,
     FramesRecorder,
     LaserRecorder,
+    LegsRecorder,
     MessagesRecorder,
     PosesRecorder,
     StatusRecorder,
@@ -336,6 +337,7 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
         DetectionsRecorder(folder / "detections.csv"),
         FeetRecorder(folder / "feet.csv"),
         EmptySeatsRecorder(folder / "empty_seats.csv"),
+        LegsRecorder(folder / "legs.csv"),
         MessagesRecorder(folder / "messages.csv", [device.name for device in world.devices]),
     ]
     if options.video:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
@@ -21,6 +21,7 @@ from han_bullet.messages import (
     Frame,
     FrameDetections,
     HandOver,
+    LegScan,
     Observation,
     Path,
     PoseEstimate,
@@ -32,6 +33,7 @@ from han_bullet.messages import (
 )
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
+from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import PeopleTracker
 
@@ -54,6 +56,7 @@ class Decision:
         faults: What is wrong with its sensors, as it has noticed.
         step: What it tries since it cannot go on; None while it can.
         gave_up: Why it gave up, in a sentence; None as long as it has not.
+        legs: What the laser said of people; None where it had nothing to say.
     """
 
     time: float
@@ -69,6 +72,7 @@ class Decision:
     faults: tuple[Fault, ...] = ()
     step: RecoveryStep | None = None
     gave_up: str | None = None
+    legs: LegScan | None = None
 
     @property
     def asks_for_hand_over(self) -> bool:
@@ -90,6 +94,7 @@ class NavigationStack:
         localization: Localization,
         detector: FrameDetector,
         projection: GroundProjection,
+        leg_finder: LegFinder,
         tracker: PeopleTracker,
         situation: Situation,
         free_space: Costmap,
@@ -103,6 +108,7 @@ class NavigationStack:
         self.localization = localization
         self.detector = detector
         self.projection = projection
+        self.leg_finder = leg_finder
         self.tracker = tracker
         self.situation = situation
         self.free_space = free_space
@@ -114,6 +120,7 @@ class NavigationStack:
         self.health = health or SensorHealth()
         self._trail = PoseTrail()
         self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
+        self._people: tuple[TrackedPerson, ...] = ()
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -130,7 +137,8 @@ class NavigationStack:
         ]
         self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
         blind = [self._fixed[name] for name in health.blind if name in self._fixed]
-        people = self.tracker.update(scans, observation.time, blind)
+        legs = self._find_legs(observation, estimate)
+        self._people = people = self.tracker.update(scans, observation.time, blind, legs)
         scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
@@ -152,17 +160,25 @@ class NavigationStack:
             status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
         status, step, gave_up = self.recovery.update(estimate, status)
         return Decision(
-            observation.time,
-            estimate,
-            tuple(detections),
-            tuple(scans),
-            people,
-            scene,
-            costmap,
-            path,
-            command,
-            status,
-            (*health.faults, *self.situation.device_faults),
-            step,
-            gave_up,
+            time=observation.time,
+            estimate=estimate,
+            detections=tuple(detections),
+            scans=tuple(scans),
+            people=people,
+            scene=scene,
+            costmap=costmap,
+            path=path,
+            command=command,
+            status=status,
+            faults=(*health.faults, *self.situation.device_faults),
+            step=step,
+            gave_up=gave_up,
+            legs=legs,
         )
+
+    def _find_legs(self, observation: Observation, estimate: PoseEstimate) -> LegScan | None:
+        """Look for people's legs in the laser's sweep, from where the robot was then."""
+        sweep = observation.laser
+        if sweep is not None:
+            estimate = replace(estimate, pose_robot_in_world=self._trail.pose_at(sweep.time))
+        return self.leg_finder.find(sweep, estimate, self._people)

@@ -81,7 +81,7 @@ def made_run(
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
     return RecordedRun(
-        Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {}, ()
+        Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {}, {}, ()
     )
 
 

@@ -70,6 +70,7 @@ def effect(explanation: Explanation, layer: str) -> LayerEffect:
 def test_a_replay_of_a_run_with_cameras_has_its_tracks_at_every_tick(seen: Path) -> None:
     run = read_run(seen)
     assert sum(map(len, run.tracks.values())) > 30 and len(run.detections) > 30
+    assert sum(len(legs.positions) for legs in run.legs.values()) > 20
     replayed = replay(run, 3.0)
     assert replayed.tick.truth.time == 3.0
     assert replayed.differs_since is None
@@ -87,6 +88,12 @@ def test_a_run_with_cameras_explains_its_walker(seen: Path, capsys: pytest.Captu
     assert explanation.difference is not None and explanation.difference < 1e-5
     assert main(["explain", str(seen), "--time", "2.5"]) == 0
     assert "at 2.50 s; the replay agrees with tracks.csv to 0.0000" in capsys.readouterr().out
+
+
+@pytest.mark.scenario
+def test_without_the_laser_a_replay_has_other_tracks(seen: Path) -> None:
+    run = read_run(seen)
+    assert replay(replace(run, legs={}), 3.0).difference > 10.0 * AGREEMENT
 
 
 @pytest.mark.scenario
@@ -232,6 +239,11 @@ def test_a_time_outside_the_run_is_refused_with_its_span(overtaking: Path, time:
         ("messages.csv", "time,device,sent,on,session\ninf,tv,0.0,1,\n", "line 2 cannot be read: its time is 'inf'"),
         ("tracks.csv", "time,id,x,y,vx,vy\n0.0,inf,1,1,0,0\n", "line 2 cannot be read: its id is 'inf'"),
         ("tracks.csv", "time,id,x,y,vx,vy\n0,1,1\n0,1,1,1,0,0\n", "line 2 cannot be read: it has 3 cells"),
+        (
+            "legs.csv",
+            "time,x,y,deviation_x,deviation_y,correlation,vacant\n0.0,1.0,,0.1,0.1,0.0,\n",
+            "could not convert",
+        ),
         ("tracks.csv", "time,id\xff\n", "cannot be read: 'utf-8' codec"),
         ("world.yaml", "name: [", "not readable as YAML"),
     ],

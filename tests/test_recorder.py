@@ -8,12 +8,13 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
-from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth, RecoveryStep, Status
+from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth, LegScan, RecoveryStep, Status
 from han_bullet.recorder import (
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
     FramesRecorder,
+    LegsRecorder,
     MessagesRecorder,
     StatusRecorder,
     TraceRecorder,
@@ -125,6 +126,19 @@ def test_frames_have_a_row_each_with_the_tick_of_their_arrival_and_what_their_pi
         "time,camera,exposed,checksum,brightness,contrast,shift_right,shift_down",
         "0.050000,ceiling,-0.450000,4000000000,120.500000,25.250000,30.125000,-0.500000",
         "0.050000,ceiling,0.050000,,,,,",
+    ]
+
+
+def test_legs_have_a_row_per_measurement_and_one_per_empty_place(tmp_path: Path):
+    covariances = np.array([[[0.01, 0.003], [0.003, 0.04]]])
+    legs = LegScan(0.05, np.array([[2.0, -1.0]]), covariances, vacant=(3, 5))
+    told = replace(TICKS[1], decision=replace(TICKS[1].decision, legs=legs))
+    write(LegsRecorder(tmp_path / "legs.csv"), (TICKS[0], told))
+    assert (tmp_path / "legs.csv").read_text().splitlines() == [
+        "time,x,y,deviation_x,deviation_y,correlation,vacant",
+        "0.050000,2.000000,-1.000000,0.100000,0.200000,0.150000,",
+        "0.050000,,,,,,3",
+        "0.050000,,,,,,5",
     ]
 
 

@@ -9,8 +9,8 @@ from han_bullet.world_file import load_world
 # What `python -m benchmarks.work` printed for real2, seed 0, 3 s. Last bits of another processor may move a person's
 # box by a window, never by a twentieth of all. Who makes the loop do less lowers these.
 BUDGET = {
-    "A*: cells expanded": 41_392,
-    "A*: searches": 13,
+    "A*: cells expanded": 44_446,  # one search more since legs tell within the 3 s that the walker has set off
+    "A*: searches": 14,
     "ACF: images": 93,
     "ACF: trees evaluated": 28_042_991,
     "ACF: windows scanned": 909_750,

@@ -17,13 +17,14 @@ from han_bullet.messages import (
     DeviceMessage,
     ImageHealth,
     LaserScan,
+    LegScan,
     PoseEstimate,
     Posture,
     RecoveryStep,
     TruePerson,
     Truth,
 )
-from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, ray_columns
+from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, LEGS_HEADER, ray_columns
 from han_bullet.run_folder import ResultFile, Step, Table, is_run, read_result, read_steps, read_table
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
@@ -38,6 +39,7 @@ TABLES = (
     "detections.csv",
     "feet.csv",
     "empty_seats.csv",
+    "legs.csv",
     "messages.csv",
 )
 FILES = ("result.json", "world.yaml", *TABLES)
@@ -75,6 +77,7 @@ class RecordedRun:
         frames: Tick -> which frames arrived.
         detections: (tick of the exposure, camera) -> what was found in that frame; frames that showed nothing are
             missing.
+        legs: Tick -> what the laser said of people; ticks without are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
         steps: What the robot tried where it could not go on.
@@ -88,6 +91,7 @@ class RecordedRun:
     scans: Mapping[int, LaserScan]
     frames: Mapping[int, Sequence[FrameRow]]
     detections: Mapping[Image, Detections]
+    legs: Mapping[int, LegScan]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
     steps: Sequence[Step]
@@ -144,6 +148,7 @@ def read_run(folder: Path) -> RecordedRun:
         _scans(read_table(folder / "laser.csv")),
         _frames(read_table(folder / "frames.csv")),
         detections,
+        _legs(read_table(folder / "legs.csv")),
         _messages(read_table(folder / "messages.csv")),
         tracks,
         read_steps(folder),
@@ -232,6 +237,30 @@ def _feet(table: Table) -> dict[Image, dict[int, float]]:
     for tick, camera, number, row in zip(table.ticks().tolist(), table.words("camera"), numbers, ends, strict=True):
         frames.setdefault((tick, camera), {})[number] = row
     return frames
+
+
+def _legs(table: Table) -> dict[int, LegScan]:
+    """Gather what the laser said at each tick: measurements, and the people whose place was empty."""
+    times = {tick: time for tick, (time,) in zip(table.ticks().tolist(), table.numbers("time").tolist(), strict=True)}
+    measured: dict[int, list[list[float]]] = {tick: [] for tick in times}
+    vacant: dict[int, tuple[int, ...]] = dict.fromkeys(times, ())
+    columns = (table.words(name) for name in LEGS_HEADER[1:])
+    for index, (tick, *cells, person) in enumerate(zip(table.ticks().tolist(), *columns, strict=True)):
+        try:
+            if person:
+                vacant[tick] = (*vacant[tick], int(person))
+            else:
+                measured[tick].append([float(cell) for cell in cells])
+        except ValueError as error:
+            raise table.unreadable(index, str(error)) from error
+    return {tick: _leg_scan(time, measured[tick], vacant[tick]) for tick, time in times.items()}
+
+
+def _leg_scan(time: float, rows: Sequence[Sequence[float]], vacant: tuple[int, ...]) -> LegScan:
+    x, y, right, up, correlation = np.array(rows).reshape(-1, 5).T
+    both = correlation * right * up
+    covariances = np.array([[right**2, both], [both, up**2]]).transpose(2, 0, 1)
+    return LegScan(time, np.column_stack([x, y]), covariances, vacant)
 
 
 def _truths(table: Table, world: World, tracks: Mapping[int, Sequence[TrackRow]]) -> tuple[Truth, ...]:

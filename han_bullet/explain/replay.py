@@ -24,6 +24,7 @@ from han_bullet.messages import (
     Frame,
     FrameDetections,
     LaserScan,
+    LegScan,
     Observation,
     Odometry,
     PoseEstimate,
@@ -32,6 +33,7 @@ from han_bullet.messages import (
     Truth,
 )
 from han_bullet.stack import Decision, NavigationStack
+from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.tracker import PeopleTracker
 from han_bullet.world_schema import CONTROL_PERIOD, Sit
 
@@ -116,6 +118,21 @@ class RecordedDetector(FrameDetector):
         return found.at(frame.camera, frame.time, self._health.get(key))
 
 
+class RecordedLegs(LegFinder):
+    """Says of people what the laser said during a run.
+
+    Args:
+        run: The run.
+    """
+
+    def __init__(self, run: RecordedRun) -> None:
+        self._legs = run.legs
+
+    def find(self, scan: LaserScan | None, estimate: PoseEstimate, people: Sequence[TrackedPerson]) -> LegScan | None:
+        """Return what is written of that tick."""
+        return self._legs.get(round(estimate.time / CONTROL_PERIOD))
+
+
 def replay(run: RecordedRun, time: float) -> Replay:
     """Run the stack on a run's files up to a time [s].
 
@@ -162,6 +179,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
         localization=RecordedLocalization(run),
         detector=RecordedDetector(run) if run.sees else NoDetector(),
         tracker=tracker,
+        leg_finder=RecordedLegs(run),
         without=[layer.name for layer in STANDARD if layer.name not in result.layers],
         pass_side=result.pass_side,
         devices=known_devices(world, result.device_session),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from han_bullet.geometry import Array
-from han_bullet.messages import Posture, Scan, Seat, TrackedPerson
+from han_bullet.messages import LegScan, Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import MAHALANOBIS_GATE
 from han_bullet.tracking.kalman import NO_SHIFT, ConstantVelocity, MotionState
 from han_bullet.tracking.posture import PostureEstimator
@@ -41,6 +41,9 @@ LOST_AFTER = 0.3
 MEMORY = 2.0
 # Two frames farther apart than this do not show what was between them [s].
 LONGEST_FRAME_GAP = 0.25
+# For how long legs alone, without a hit of a camera, say where somebody is and keep their track [s]: the last two
+# metres before somebody take half of it, and legs of furniture that the map does not know keep a ghost no longer.
+LEGS_ALONE = 10.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ class TrackRecord:
         born_by: Camera of the first hit.
         born_at: Position of the first hit in the world, (x, y) [m].
         confirmed_time: [s], None if never.
-        hits, misses: Camera -> number of scans.
+        hits, misses: Camera, or the laser -> number of scans.
         recent_hits: Those of the `MEMORY` before the last one, that one included; also of tracks that it absorbed.
         last_hit: [s].
         missed_by: Cameras with a miss since then.
@@ -113,8 +116,10 @@ class Track:
         self.confirmed_time: float | None = None
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
-        self._excused_until = self.born_time
+        self._excused_until = self._in_view_until = scan.time
+        self._missed_by: tuple[str, ...] = ()
         self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
+        self.legs_hit = -math.inf
         self._note_hit(scan, measurement)
 
     @property
@@ -132,10 +137,24 @@ class Track:
         self.state = self.motion.correct(self.state, *_measured(scan, measurement))
         self._note_hit(scan, measurement)
 
+    def takes_legs(self, time: float) -> bool:
+        """Tell whether legs may be this person's: of who is on their feet, and whom cameras saw not long ago [s]."""
+        seated = self.posture.stance.posture is Posture.SEATED
+        return self.confirmed and not seated and time - self.last_hit <= LEGS_ALONE + 1e-9
+
+    def hit_legs(self, legs: LegScan, measurement: int) -> None:
+        """Correct by legs at the track's time; they are no sighting by a camera."""
+        self.state = self.motion.correct(self.state, legs.positions[measurement], legs.covariances[measurement])
+        self.legs_hit = legs.time
+        self._in_view_until = max(self._in_view_until, legs.time)
+        self._missed_by = ()
+        self.missed_for = 0.0
+        self.hits[legs.camera] = self.hits.get(legs.camera, 0) + 1
+
     def _note_hit(self, scan: Scan, measurement: int) -> None:
         self.last_hit = self._in_view_until = scan.time
         self._hit_at = self.state.position
-        self._missed_by: tuple[str, ...] = ()
+        self._missed_by = ()
         self._seat_empty: dict[str, tuple[float, float]] = {}  # camera -> since and until when it shows so
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
@@ -145,7 +164,7 @@ class Track:
         if not self.confirmed and len(recent) >= HITS_TO_CONFIRM:
             self.confirmed_time = scan.time
 
-    def miss(self, scan: Scan) -> None:
+    def miss(self, scan: Scan | LegScan) -> None:
         """Take note that a scan should have shown the person and did not."""
         self.missed_for += min(max(scan.time - self._in_view_until, 0.0), LONGEST_FRAME_GAP)
         self._in_view_until = max(self._in_view_until, scan.time)
@@ -236,6 +255,7 @@ class Track:
         if other.last_hit > self.last_hit:
             self.last_hit, self._hit_at = other.last_hit, other._hit_at
             self._seat_empty = other._seat_empty
+        self.legs_hit = max(self.legs_hit, other.legs_hit)
         self._in_view_until = max(self._in_view_until, other._in_view_until)
         self._excused_until = max(self._excused_until, other._excused_until)
         self.missed_for = min(self.missed_for, other.missed_for)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.messages import Frame, Scan, Seat, TrackedPerson
+from han_bullet.messages import Frame, LegScan, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import Association, gate
 from han_bullet.tracking.building import on_floor
 from han_bullet.tracking.field_of_view import FieldOfView
@@ -26,13 +26,16 @@ class PeopleTracker(ABC):
     """Something that knows where people are from what the cameras found."""
 
     @abstractmethod
-    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
+    def update(
+        self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = (), legs: LegScan | None = None
+    ) -> tuple[TrackedPerson, ...]:
         """Take in one tick and return the people at a time [s], in the order of their ids.
 
         Args:
             scans: Of the tick, often none.
             time: Now [s].
             blind: Frames of cameras that do not work now: what they would see.
+            legs: Of people near the robot, if the laser has something to say.
         """
 
 
@@ -40,7 +43,8 @@ class MultiCameraTracker(PeopleTracker):
     """Track people over several cameras: predict, associate, correct, count misses, begin and end [Mateus2019].
 
     The scans of a tick are applied one after another in time order. A frame that should have shown a person and does
-    not is a miss; a person outside a camera's view, or hidden from it, is none of its business.
+    not is a miss; a person outside a camera's view, or hidden from it, is none of its business. Legs that the laser
+    sees near the robot place people whom cameras know, and keep them for a while (`track.LEGS_ALONE`).
 
     Args:
         field_of_view: What the cameras can see.
@@ -73,13 +77,18 @@ class MultiCameraTracker(PeopleTracker):
         """Return the lives of all tracks, confirmed or not: those that ended, in that order, then the living."""
         return (*self._ended, *(track.record() for track in self._tracks))
 
-    def update(self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = ()) -> tuple[TrackedPerson, ...]:
+    def update(
+        self, scans: Sequence[Scan], time: float, blind: Sequence[Frame] = (), legs: LegScan | None = None
+    ) -> tuple[TrackedPerson, ...]:
         """Return the confirmed people; see `PeopleTracker.update`."""
         for scan in sorted(scans, key=lambda scan: scan.time):
             self._take(scan)
             self._merge(scan.time)
+        if legs is not None:
+            self._take_legs(legs)
         for track in self._tracks:
-            if scans and track.last_hit == track.time:  # coasting says nothing new of what a person does
+            hit = track.time in (track.last_hit, track.legs_hit)
+            if hit and (scans or legs is not None):  # coasting says nothing new of what a person does
                 track.posture.update(track.time, track.state)
         self._keep_unseen(blind, time)
         self._end(time)
@@ -100,6 +109,20 @@ class MultiCameraTracker(PeopleTracker):
             self._name(self._tracks[row])
         for measurement in sorted(set(range(len(scan.positions))) - set(pairs.values())):
             self._tracks.append(Track(scan, measurement, self.motion, self.seats))
+
+    def _take_legs(self, legs: LegScan) -> None:
+        """Apply legs to the people whom cameras know; nobody begins with them."""
+        for track in self._tracks:
+            track.advance(legs.time)
+        known = [track for track in self._tracks if track.takes_legs(legs.time)]
+        means = np.array([track.state.position for track in known]).reshape(-1, 2)
+        covariances = np.array([track.state.position_covariance for track in known]).reshape(-1, 2, 2)
+        pairs = dict(self.association.assign(gate(means, covariances, legs.positions, legs.covariances)))
+        for row, track in enumerate(known):
+            if row in pairs:
+                track.hit_legs(legs, pairs[row])
+            elif track.id in legs.vacant:
+                track.miss(legs)
 
     def _assign(self, scan: Scan) -> dict[int, int]:
         """Return track row -> measurement row: confirmed people choose first, tracks on trial among what they leave."""
