@@ -126,6 +126,13 @@ def test_towards_a_wall_the_base_stops_at_the_clearance_in_any_direction(bearing
     assert base.twist.speed < 0.02
 
 
+def test_against_a_wall_it_does_not_creep_in_half_a_minute() -> None:
+    base = Base([(0.6, float(y)) for y in np.arange(-0.5, 0.51, 0.02)])
+    for _ in range(600):
+        base.drive(Twist2D(0.3))
+    assert base.nearest > CLEARANCE - 0.005
+
+
 def test_without_the_protective_stop_the_same_base_runs_into_the_point() -> None:
     base = Base([(2.0, 0.0)])
     for _ in range(60):

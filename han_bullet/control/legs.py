@@ -18,7 +18,7 @@ BEFORE = 0.1  # what stands before its surroundings does so by this much [m]
 STRIDE = 0.5  # legs nearer to each other than this are one person's [m]
 FASTEST = 2.5  # that somebody goes [m/s]
 SCANS = 3  # over which a velocity is taken: 0.3 s, about half a step, which evens out the swing of the legs
-FADING = 0.4  # part by which a velocity follows a lower one with each scan; a higher one it takes at once
+FADING = 0.2  # part by which a velocity follows a lower one with each scan; a higher one it takes at once
 STILL = 0.3  # slower is noise [m/s]
 
 
@@ -58,20 +58,29 @@ class LegMotion:
 
         People do not stop between two scans, but their legs seem to when one hides the other.
         """
+        mean, before = self._mean_velocity(time, middle), self._velocity_before(middle)
+        return mean if np.hypot(*mean) > np.hypot(*before) else before + FADING * (mean - before)
+
+    def _mean_velocity(self, time: float, middle: Array) -> Array:
+        """Return the mean velocity, (2,) [m/s], since the oldest scan; zero where it cannot be followed so far back."""
         if len(self._seen) < SCANS:
             return np.zeros(2)
-        there, then, before = middle, time, None
+        there, then = middle, time
         for seen_at, middles in reversed(self._seen):
             distances = np.hypot(*(middles - there).T)
             if not len(distances) or distances.min() > FASTEST * (then - seen_at):
                 return np.zeros(2)
-            nearest = int(distances.argmin())
-            before = self._velocities[nearest] if before is None else before
-            there, then = middles[nearest], seen_at
+            there, then = middles[distances.argmin()], seen_at
         velocity: Array = (middle - there) / (time - then)
-        if before is not None and np.hypot(*before) > np.hypot(*velocity):
-            velocity = before + FADING * (velocity - before)
         return velocity
+
+    def _velocity_before(self, middle: Array) -> Array:
+        """Return the velocity, (2,) [m/s], of the nearest legs of the last scan."""
+        if not len(self._velocities):
+            return np.zeros(2)
+        distances = np.hypot(*(self._seen[-1][1] - middle).T)
+        velocity: Array = self._velocities[distances.argmin()]
+        return velocity if distances.min() <= STRIDE else np.zeros(2)
 
 
 def _people(scan: LaserScan, points: Array) -> list[list[NDArray[np.int64]]]:

@@ -26,7 +26,9 @@ CREEP = 0.15  # at this speed [m/s] points are passed at NARROW
 NARROW = 0.02  # [m] beyond the footprint
 SHOULDERS = 0.17  # [m] beyond the footprint: by so much people are wider than their legs
 FORESIGHT = 0.5  # of how somebody goes on [s]: within it they may be elsewhere by what they go
-NO_WORSE = 1e-3  # what braking at once would come to, within this [m], no command is blamed for
+NO_WORSE = (
+    1e-6  # what braking at once would come to, within this [m], no command is blamed for; more adds up to a creep
+)
 SILENT = 0.5  # a scanner that has spoken before is out of order when it says nothing for so long [s]
 
 
@@ -80,12 +82,12 @@ class ProtectiveStop:
         self._seen_at: float | None = None
         self._pose_in_odom = Pose2D(0.0, 0.0, 0.0)  # a frame of our own: where the first command came
         self._moved_at = 0.0
-        self._last = Twist2D()
+        self._base: Twist2D | None = None  # how the base moves by the commands that it got
 
     def limit(self, command: Twist2D, scan: LaserScan | None, twist: Twist2D, time: float) -> tuple[Twist2D, bool]:
         """Return the command for the next control period, and whether it had to be limited.
 
-        A limited one changes the velocity by no more than the base can in that period; the turn stays as commanded.
+        A limited one changes the velocity by no more than the base can in that period.
 
         Args:
             command: What the robot would do.
@@ -97,13 +99,11 @@ class ProtectiveStop:
         if scan is not None:
             self._take_in(scan, twist, time)
         allowed = self._allowed(command, twist, time)
-        if allowed is not command:
-            # Slipping wheels tell of more speed than there is: braking from that alone, the base would never slow down.
-            slower = min((twist, self._last), key=lambda now: math.hypot(now.vx - allowed.vx, now.vy - allowed.vy))
-            self._last = self._ramped(allowed, slower)
-            return self._last, True
-        self._last = command
-        return command, False
+        # By its commands, not by odometry: slipping wheels tell of more speed than there is, and it would not brake.
+        now = self._base or twist
+        sent = command if allowed is command else self._ramped(allowed, now)
+        self._base = self._ramped(sent, now)
+        return sent, sent is not command
 
     def _allowed(self, command: Twist2D, twist: Twist2D, time: float) -> Twist2D:
         if self._seen_at is None:
@@ -145,7 +145,7 @@ class ProtectiveStop:
         if not len(points.in_body):
             return command
         duration = self._duration(command, twist)
-        braking, _ = self._approaches(Twist2D(0.0, 0.0, command.omega), twist, points, duration)
+        braking, _ = self._approaches(Twist2D(), twist, points, duration)
 
         def offended(candidate: Twist2D) -> _Offended | None:
             """Return the point that a candidate comes nearest to of those it must not."""
@@ -162,16 +162,25 @@ class ProtectiveStop:
         first = offended(command)
         if first is None:
             return command
+        if offended(Twist2D(0.0, 0.0, command.omega)) is not None:  # turning would bend the way on which it brakes
+            command = Twist2D(command.vx, command.vy, 0.0)
         along = None if first.is_leg else _along(command, first.direction)
         parts = [_part(candidate, offended) for candidate in (command, along) if candidate is not None]
         return max(parts, key=lambda part: part.vx * command.vx + part.vy * command.vy)
 
     def _approaches(self, candidate: Twist2D, twist: Twist2D, points: _Points, duration: float) -> tuple[Array, Array]:
+        """Return how near the points come if the brakes hold after the reaction time, or already with the next command.
+
+        The latter is what can be asked for then, so that a safe command leaves a safe one; in a bend it is another way.
+        """
         now = np.array([twist.vx, twist.vy, twist.omega])
         target = np.array([candidate.vx, candidate.vy, candidate.omega])
-        return _approaches(
-            points.in_body, points.velocities, now, target, self.reaction, duration, *self._accelerations
+        late, soon = (
+            _approaches(points.in_body, points.velocities, now, target, hold, duration, *self._accelerations)
+            for hold in (self.reaction, CONTROL_PERIOD)
         )
+        nearer = late[0] <= soon[0]
+        return np.where(nearer, late[0], soon[0]), np.where(nearer[:, None], late[1], soon[1])
 
     def _ramped(self, wanted: Twist2D, now: Twist2D) -> Twist2D:
         """Return what the base can reach of a wanted velocity within a control period."""
