@@ -21,7 +21,7 @@ from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.markdown import markdown_table
-from han_bullet.messages import Device, GoTo, Posture, Scene, Seat, TrackedPerson
+from han_bullet.messages import Device, GoTo, LaserScan, Posture, Scene, Seat, TrackedPerson
 
 SIDE, RESOLUTION = 20.0, 0.05  # [m]
 ROBOT_RADIUS = 0.3  # [m]
@@ -54,19 +54,21 @@ def seats(number: int) -> list[Seat]:
     return found
 
 
-def scene(people: int, generator: np.random.Generator) -> Scene:
+def scene(people: int, generator: np.random.Generator, number: int = 0) -> Scene:
     """Return a scene in which every third person walks, stands or sits; the seated have the first seats.
 
-    The robot is on its way past the first who walks, and comes towards them.
+    The robot is on its way past the first who walks, and comes towards them; its laser sees something off the
+    map 2 m about it, anew with each number.
     """
     places = seats(people // len(POSTURES))
     everybody = tuple(_person(k, places, generator) for k in range(people))
-    robot, task = None, None
+    robot, task = Pose2D(0.5 * SIDE, 0.5 * SIDE, 0.0), None
     if everybody:
         there, ahead = everybody[0].position_in_world, everybody[0].velocity_in_world / max(everybody[0].speed, 1e-6)
-        robot, (x, y) = there + 3.0 * ahead, (there - 3.0 * ahead).tolist()
+        (robot_x, robot_y), (x, y) = (there + 3.0 * ahead).tolist(), (there - 3.0 * ahead).tolist()
+        robot = Pose2D(robot_x, robot_y, 0.0)
         task = GoTo(Pose2D(x, y, 0.0))
-    return Scene(0.0, everybody, (TELEVISION,), tuple(places), task, robot)
+    return Scene(0.0, everybody, (TELEVISION,), tuple(places), task, robot, _sweep(0.1 * number))
 
 
 def _person(number: int, places: Sequence[Seat], generator: np.random.Generator) -> TrackedPerson:
@@ -83,6 +85,10 @@ def _person(number: int, places: Sequence[Seat], generator: np.random.Generator)
     return TrackedPerson(
         number, 0.0, position, velocity, covariance, posture, heading, None if seat is None else seat.name
     )
+
+
+def _sweep(time: float) -> LaserScan:
+    return LaserScan(time, np.full(541, 2.0), -0.75 * math.pi, math.radians(0.5), 0.05, 8.0, Pose2D(0.2, 0.0, 0.0))
 
 
 def update_times(free_space: Costmap, layers: Sequence[Layer], scenes: Sequence[Scene]) -> dict[str, list[float]]:
@@ -108,8 +114,10 @@ def measure(counts: Sequence[int], updates: int, seed: int) -> dict[int, dict[st
     measured = {}
     for people in counts:
         generator = np.random.default_rng([seed, people])
-        update_times(free_space, layers, [scene(people, generator) for _ in range(WARMING)])
-        measured[people] = update_times(free_space, layers, [scene(people, generator) for _ in range(updates)])
+        update_times(free_space, layers, [scene(people, generator, k) for k in range(WARMING)])
+        measured[people] = update_times(
+            free_space, layers, [scene(people, generator, WARMING + k) for k in range(updates)]
+        )
     return measured
 
 

@@ -70,7 +70,7 @@ class Case:
     def scene(self) -> Scene:
         """Return what the layers look at."""
         task = GoTo(Pose2D(*self.goal, 0.0))
-        return Scene(0.0, (self.person,), (TELEVISION,), (COUCH,), task, np.array(self.start))
+        return Scene(0.0, (self.person,), (TELEVISION,), (COUCH,), task, Pose2D(*self.start, 0.0))
 
 
 def _person(posture: Posture, at: tuple[float, float], speed: float = 0.0, heading: float = 0.0) -> TrackedPerson:

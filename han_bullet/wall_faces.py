@@ -51,11 +51,13 @@ class WallFace:
         return stretches
 
     def doors_in(self, stretch: Stretch) -> list[Stretch]:
-        """Return from, to [m] of the doors in a visible stretch."""
-        if self.height <= DOOR_HEIGHT + DOOR_FRAME:
+        """Return from, to [m] of the doors in a visible stretch, in its middle, so that a mirror image has its own."""
+        length = stretch[1] - stretch[0]
+        count = math.ceil((length - DOOR_WIDTH - 0.5 * DOOR_SPACING) / DOOR_SPACING)
+        if count < 1 or self.height <= DOOR_HEIGHT + DOOR_FRAME:
             return []
-        centres = np.arange(stretch[0] + 0.5 * DOOR_SPACING, stretch[1] - DOOR_WIDTH, DOOR_SPACING).tolist()
-        return [(centre - 0.5 * DOOR_WIDTH, centre + 0.5 * DOOR_WIDTH) for centre in centres]
+        first = stretch[0] + 0.5 * (length - (count - 1) * DOOR_SPACING - DOOR_WIDTH)
+        return [(first + k * DOOR_SPACING, first + k * DOOR_SPACING + DOOR_WIDTH) for k in range(count)]
 
 
 def upright_faces(box: SolidBox) -> Iterator[WallFace]:

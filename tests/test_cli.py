@@ -193,7 +193,7 @@ def test_names_in_brackets_are_printed_as_they_are(capsys: pytest.CaptureFixture
 def test_social_stands_for_all_layers_but_those_of_safety(tmp_path: Path) -> None:
     command = ["run", str(short_world(tmp_path)), "--perception", "truth", "--no-video", "--out", str(tmp_path / "run")]
     assert main([*command, "--without", "social,body"]) == 0
-    assert json.loads((tmp_path / "run" / "result.json").read_text())["layers"] == ["static", "inflation"]
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["layers"] == ["static", "obstacle", "inflation"]
 
 
 def test_detect_refuses_what_is_no_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -14,10 +14,11 @@ LAYERS = [layer.name for layer in STANDARD]
 def test_the_room_has_400_by_400_cells_and_with_three_people_every_layer_raises_some() -> None:
     costmap = Costmap.covering([((0.0, SIDE), (0.0, SIDE))], RESOLUTION)
     assert costmap.shape == (400, 400)
-    three = scene(3, np.random.default_rng(0))
+    scans = [scene(3, np.random.default_rng(0), number) for number in range(5)]
     for layer in standard_layers(building(), robot_radius=0.3):
         before = costmap.cost.copy()
-        layer.apply(costmap, three)
+        for one in scans:  # a hit alone marks nothing
+            layer.apply(costmap, one)
         assert (costmap.cost > before).sum() > 20, layer.name
 
 

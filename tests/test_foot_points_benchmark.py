@@ -8,12 +8,12 @@ import pytest
 
 from benchmarks.foot_points import WAYS, FootError, FootPoints, rows
 from han_bullet.geometry import Intrinsics, Pose2D, look_at, project
-from han_bullet.messages import Detections, Frame, Posture
+from han_bullet.messages import CameraImage, Detections, PoseEstimate, Posture
 from han_bullet.tracking.projection import OFFSET_OF_KNOWN_FEET, GroundProjection
 
 INTRINSICS = Intrinsics.from_vertical_field_of_view(640, 480, math.radians(45.0))
 CEILING = look_at(np.array([0.2, 0.0, 2.6]), np.array([6.2, 0.0, 0.9]))
-FRAME = Frame("camera1", 1.5, np.zeros((480, 640, 3), np.uint8), INTRINSICS, CEILING, True)
+IMAGE = CameraImage("camera1", 1.5, np.zeros((480, 640, 3), np.uint8), INTRINSICS, CEILING, True)
 
 
 def tick(feet: np.ndarray | None, person: tuple[float, float] = (6.0, 0.0), scale: float = 1.0) -> SimpleNamespace:
@@ -24,8 +24,11 @@ def tick(feet: np.ndarray | None, person: tuple[float, float] = (6.0, 0.0), scal
     rows_of_feet = None if feet is None else np.array([foot[1]])
     people = (SimpleNamespace(pose_in_world=Pose2D(*person, 0.0), posture=Posture.STANDING),)
     return SimpleNamespace(
-        observation=SimpleNamespace(frames=(FRAME,), pose_robot_in_world=Pose2D(-9.0, 0.0, 0.0)),
-        decision=SimpleNamespace(detections=(Detections(boxes, np.ones(1), np.ones(1), feet=rows_of_feet),)),
+        observation=SimpleNamespace(images=(IMAGE,)),
+        decision=SimpleNamespace(
+            estimate=PoseEstimate(1.5, Pose2D(-9.0, 0.0, 0.0)),
+            detections=(Detections(boxes, np.ones(1), np.ones(1), feet=rows_of_feet),),
+        ),
         truth=SimpleNamespace(people=people),
     )
 

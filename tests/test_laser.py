@@ -24,7 +24,7 @@ FORWARD = Twist2D(0.6, 0.0, 0.0)
 def room(
     *, laser: dict[str, Any] | None = EXACT, start: tuple[float, float, float] = (0.0, 0.0, 0.0), **parts: Any
 ) -> World:
-    """A square room, walls' inner faces 2 m from the origin; the scanner is over the robot's centre."""
+    """A square room: walls 2 m from the origin, too low for doors; the scanner is over the robot's centre."""
     out = HALF + 0.05
     corners = [(-out, -out), (out, -out), (out, out), (-out, out), (-out, -out)]
     settings = None if laser is None else {"forward": 0.0, **laser}
@@ -33,7 +33,7 @@ def room(
             "name": "room",
             "description": "A square room",
             "floor": [{"x": [-HALF, HALF], "y": [-HALF, HALF]}],
-            "walls": [{"start": a, "end": b} for a, b in itertools.pairwise(corners)],
+            "walls": [{"start": a, "end": b, "height": 2.0} for a, b in itertools.pairwise(corners)],
             "robot": {"start": start, "laser": settings},
             "task": {"kind": "go_to", "pose": [1.0, 0.0, 0.0]},
             **parts,

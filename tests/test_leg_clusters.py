@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from simulated_laser import SCANNER_IN_BODY, Laser
 
-from benchmarks.simulated_laser import SCANNER_IN_BODY, Laser
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.messages import LaserScan
 from han_bullet.tracking.leg_clusters import LEG_RADIUS, Legs, find_legs

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulated_laser import SCANNER_IN_BODY, Laser
 from test_tracker import EASTWARD, VIEW, at
 from ticks import track
 
 from benchmarks.legs import compare, scanner_before
-from benchmarks.simulated_laser import SCANNER_IN_BODY, Laser
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.messages import LaserScan, LegScan, PoseEstimate, Posture, Seat, TrackedPerson
 from han_bullet.sim.gait import Gait

@@ -14,6 +14,7 @@ from han_bullet.sim.legs import leg_bones
 from han_bullet.sim.ray_scene import RayScene
 from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.skeleton import skeleton_of
+from han_bullet.wall_faces import with_doors
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -46,7 +47,7 @@ def engine_distances(
     client: int, world: World, origin: Array, angles: Array, height: float, people: Sequence[BodyPose]
 ) -> Array:
     """Distances by PyBullet's rayTestBatch, among its own boxes and capsules, shape (n,) [m]."""
-    CollisionRoom(client, world)
+    CollisionRoom(client, with_doors(world.all_boxes(), world.floor))
     for person, body_pose in zip(world.people, people, strict=True):
         for bone in leg_bones(skeleton_of(person.build), body_pose):
             along = bone.upper - bone.lower

@@ -17,8 +17,9 @@ def is_solid(boxes: tuple[SolidBox, ...], x: float, y: float) -> bool:
     return any(bool(box.contains(np.array([x, y]))) for box in boxes)
 
 
-@pytest.mark.parametrize(("side", "centres"), [(1.0, (2.5, 7.5, 12.5)), (-1.0, (3.5, 8.5, 13.5))])
-def test_doors_of_the_corridor_stand_back_where_they_are_drawn(side: float, centres: tuple[float, ...]) -> None:
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_doors_of_the_corridor_stand_back_where_they_are_drawn(side: float) -> None:
+    centres = (3.0, 8.0, 13.0)
     boxes = with_doors(real2().solid_boxes(), real2().floor)
     for x in map(float, np.arange(0.525, 15.8, 0.05)):
         in_door = any(abs(x - centre) < 0.5 * DOOR_WIDTH for centre in centres)

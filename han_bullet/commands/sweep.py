@@ -25,6 +25,7 @@ WORDS = """words of a variant, joined by +:
   without:LAYER               leave out a costmap layer; several: without:a+without:b;
                               without:social: all but static, inflation and body
   pass:SIDE                   overtake left or right
+  told-pose                   the simulator tells where the robot is, instead of localization by laser
   mirrored                    the world's mirror image, passing on the other side
   scale:NAME*FACTOR           a value that the paper leaves open, times a factor"""
 
