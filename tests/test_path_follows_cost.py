@@ -54,7 +54,7 @@ def random_scene(seed: int) -> tuple[list[SolidBox], Scene]:
         velocity, seat = speed * np.array([np.cos(heading), np.sin(heading)]), COUCH.name
         people.append(TrackedPerson(number, 0.0, place, velocity, 1e-4 * np.eye(4), posture, heading, seat))
     task = GoTo(Pose2D(*GOAL.tolist(), 0.0))
-    return boxes, Scene(0.0, tuple(people), (TELEVISION,), (COUCH,), task, START)
+    return boxes, Scene(0.0, tuple(people), (TELEVISION,), (COUCH,), task, Pose2D(*START, 0.0))
 
 
 def costmap(seed: int, amplitude: float, blocking: bool = True) -> Costmap:

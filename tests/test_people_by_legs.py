@@ -137,7 +137,7 @@ def follow(tracker: MultiCameraTracker, legs: Legs, seen: Seen, until: float, se
         shown = seen(time)
         scans = [at(EASTWARD, time, [np.array(place) + rng.normal(0.0, 0.1, 2) for place in shown or ()])]
         found = FINDER.find(sweep(*legs(time), time=time, seed=k), replace(HERE, time=time), people)
-        people = tracker.update(scans if shown is not None else [], time, found)
+        people = tracker.update(scans if shown is not None else [], time, legs=found)
         log.append((time, people))
     return log
 
@@ -259,7 +259,9 @@ def walk(build: str, start: Array, yaw: float, speed: float, seed: int) -> tuple
         time = 0.05 * tick
         legs = FINDER.find(scanner.scan(time, still, [body]), PoseEstimate(time, still), people)
         seen = time <= 2.5
-        people = tracker.update([at(EASTWARD, time, [place + rng.normal(0.0, 0.1, 2)])] if seen else [], time, legs)
+        people = tracker.update(
+            [at(EASTWARD, time, [place + rng.normal(0.0, 0.1, 2)])] if seen else [], time, legs=legs
+        )
         log.append((time, people))
         places.append(place)
     return log, places
