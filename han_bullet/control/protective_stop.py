@@ -22,13 +22,11 @@ from han_bullet.world_schema import CONTROL_PERIOD
 STEP = 0.025  # of a prediction [s]
 HALVINGS = 6  # of the interval in which the largest safe part of a command is looked for
 SIDEWAYS = 0.5  # a point is passed rather than approached where less of the velocity leads towards it
-CREEP = 0.15  # at this speed [m/s] points are passed at NARROW
+CREEP = 0.15  # at this speed [m/s] points that stand are passed nearer: at NARROW, legs at the clearance
 NARROW = 0.02  # [m] beyond the footprint
-SHOULDERS = 0.17  # [m] beyond the footprint: by so much people are wider than their legs
-FORESIGHT = 0.5  # of how somebody goes on [s]: within it they may be elsewhere by what they go
-NO_WORSE = (
-    1e-6  # what braking at once would come to, within this [m], no command is blamed for; more adds up to a creep
-)
+SHOULDERS = 0.25  # [m] beyond the footprint: by so much people are wider than their legs
+FORESIGHT = 0.5  # by so much [s] people may be farther on their way than they are taken to be: who sets off gets faster
+NO_WORSE = 1e-6  # no command is blamed for what braking at once comes to, within this [m]; more adds up to a creep
 SILENT = 0.5  # a scanner that has spoken before is out of order when it says nothing for so long [s]
 
 
@@ -39,8 +37,8 @@ class ProtectiveStop:
     braking as hard as it can, keeps the clearance from every point. Of one that is not, the largest part that is safe
     is let through: all directions but towards the point stay free, and so does moving away from one that is too near.
     A point that is only passed takes away the part of the velocity that leads towards it. Legs are taken to go on as
-    they go; they get the room that the body above them needs, and more the faster they are, and nothing is passed along
-    them.
+    they go, if not faster; they get the room that the body above them needs, and nothing is passed along those that
+    move.
     """
 
     def __init__(
@@ -127,15 +125,19 @@ class ProtectiveStop:
         age = time - (self._seen_at or time)
         pose, velocities = self._pose_in_odom, self._velocities_in_odom
         points = pose.to_body(self._points_in_odom + age * velocities)
-        speed = max(command.speed, twist.speed) + np.hypot(*velocities.T)
-        reach = speed * self._duration(command, twist) + self.radius + self._margins(velocities)
+        duration, going = self._duration(command, twist), np.hypot(*velocities.T)
+        reach = (
+            max(command.speed, twist.speed) * duration
+            + going * (duration + FORESIGHT)
+            + self.radius
+            + self.clearance
+            + SHOULDERS
+        )
         near = np.hypot(*points.T) <= reach
-        margins = self._margins(velocities)[near]
-        return _Points(points[near], velocities[near] @ rotation(pose.yaw), self._is_leg[near], margins)
-
-    def _margins(self, velocities: Array) -> Array:
-        legs = max(SHOULDERS, self.clearance) + FORESIGHT * np.hypot(*velocities.T)
-        return np.where(self._is_leg, legs, self.clearance)
+        margins = np.where(self._is_leg[near], max(SHOULDERS, self.clearance), self.clearance)
+        going = going[near] > 0.0
+        narrow = np.where(going, margins, np.where(self._is_leg[near], self.clearance, NARROW))
+        return _Points(points[near], velocities[near] @ rotation(pose.yaw), margins, narrow)
 
     def _duration(self, command: Twist2D, twist: Twist2D) -> float:
         return self.reaction + max(command.speed, twist.speed) / self._accelerations[0]
@@ -154,17 +156,17 @@ class ProtectiveStop:
             margins = points.margins
             if candidate.speed <= CREEP + 1e-9:
                 towards = directions @ np.array([candidate.vx, candidate.vy])
-                margins = np.where(~points.are_legs & (towards <= SIDEWAYS * candidate.speed), NARROW, margins)
+                margins = np.where(towards <= SIDEWAYS * candidate.speed, points.narrow_margins, margins)
             unsafe = (gaps < margins) & (distances < braking - NO_WORSE)
             nearest = int(np.where(unsafe, gaps, np.inf).argmin())
-            return _Offended(directions[nearest], bool(points.are_legs[nearest])) if unsafe.any() else None
+            return _Offended(directions[nearest], bool(points.velocities[nearest].any())) if unsafe.any() else None
 
         first = offended(command)
         if first is None:
             return command
         if offended(Twist2D(0.0, 0.0, command.omega)) is not None:  # turning would bend the way on which it brakes
             command = Twist2D(command.vx, command.vy, 0.0)
-        along = None if first.is_leg else _along(command, first.direction)
+        along = None if first.moves else _along(command, first.direction)
         parts = [_part(candidate, offended) for candidate in (command, along) if candidate is not None]
         return max(parts, key=lambda part: part.vx * command.vx + part.vy * command.vy)
 
@@ -196,14 +198,14 @@ class _Points:
     Attributes:
         in_body: Shape (n, 2) [m].
         velocities: Over the floor, along the body's axes, shape (n, 2) [m/s].
-        are_legs: Shape (n,).
         margins: Room that each needs beyond the footprint, shape (n,) [m].
+        narrow_margins: The same where it is passed at a creep.
     """
 
     in_body: Array
     velocities: Array
-    are_legs: NDArray[np.bool_]
     margins: Array
+    narrow_margins: Array
 
 
 def _moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
@@ -214,10 +216,10 @@ def _moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
 
 @dataclass(frozen=True)
 class _Offended:
-    """A point that a command comes too near to, and in which direction it then is, (2,)."""
+    """A point that a command comes too near to, in which direction, (2,), it then is, and whether it moves."""
 
     direction: Array
-    is_leg: bool
+    moves: bool
 
 
 def _along(command: Twist2D, direction: Array) -> Twist2D | None:
@@ -274,8 +276,13 @@ def _approaches(
     steps = math.ceil(duration / STEP) + 1
     for step in range(steps + 1):
         for i in range(len(points)):
-            time = step * STEP
-            dx, dy = points[i, 0] + time * velocities[i, 0] - x, points[i, 1] + time * velocities[i, 1] - y
+            vx_leg, vy_leg = velocities[i]
+            dx = points[i, 0] + step * STEP * vx_leg - x
+            dy = points[i, 1] + step * STEP * vy_leg - y
+            # They may be sooner where they are going: of their way within the foresight, the nearest point counts.
+            ahead = -(dx * vx_leg + dy * vy_leg) / max(vx_leg * vx_leg + vy_leg * vy_leg, 1e-12)
+            ahead = min(max(ahead, 0.0), FORESIGHT)
+            dx, dy = dx + ahead * vx_leg, dy + ahead * vy_leg
             distance = math.hypot(dx, dy)
             if distance < nearest[i]:
                 nearest[i] = distance
