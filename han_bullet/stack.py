@@ -139,7 +139,9 @@ class NavigationStack:
         blind = [self._fixed[name] for name in health.blind if name in self._fixed]
         legs = self._find_legs(observation, estimate)
         self._people = people = self.tracker.update(scans, observation.time, blind, legs)
-        scene = self.situation.update(estimate, people, observation.device_messages, observation.laser)
+        scene = self.situation.update(
+            estimate, people, observation.device_messages, None if estimate.lost else observation.laser
+        )
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)

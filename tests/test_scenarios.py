@@ -60,7 +60,7 @@ def test_people_are_where_the_cameras_put_them(real2_with_cameras: RunResult) ->
 def test_a_run_leaves_all_its_files(real2_with_cameras: RunResult) -> None:
     folder = real2_with_cameras.folder
     result = json.loads((folder / "result.json").read_text())
-    assert result["localization"] == "simulator"
+    assert result["localization"] == "lidar"
     assert result["perception"] == "cameras"
     assert result["outcome"] == "arrived"
     assert {metric["name"] for metric in result["metrics"]} == set(values(real2_with_cameras))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.health.sensor_health import BY_LASER_ALONE, HealthReport, SensorHealth
+from han_bullet.health.sensor_health import BY_CAMERAS_ALONE, BY_LASER_ALONE, HealthReport, SensorHealth
 from han_bullet.messages import Detections, FrameDetections, ImageHealth, LaserScan, Observation, Odometry, PoseEstimate
 from han_bullet.sim.odometry import WheelOdometry, moved
 from han_bullet.sim.robot_model import MecanumWheels
@@ -171,10 +171,10 @@ def test_without_a_camera_of_use_the_robot_goes_slowly_by_its_laser_and_stops_wi
     assert ("laser", "dropped") not in spans(slow)
 
 
-def test_a_laser_without_scans_is_dropped_within_three_periods() -> None:
+def test_a_laser_without_scans_is_dropped_within_three_periods_and_the_robot_goes_at_half_its_speed() -> None:
     reports = watch(1.0, both, SensorHealth(PERIODS, laser=0.1), scans=False)
     assert spans(reports)["laser", "dropped"] == pytest.approx((0.3, 1.0))
-    assert all(report.speed_factor == 1.0 for report in reports)
+    assert [report.speed_factor for report in reports] == [1.0] * 6 + [BY_CAMERAS_ALONE] * 15
 
 
 def test_a_fault_and_its_end_are_one_line_each_in_the_log(caplog: pytest.LogCaptureFixture) -> None:

@@ -27,7 +27,9 @@ NARROW = 0.02  # [m] beyond the footprint
 SHOULDERS = 0.25  # [m] beyond the footprint: by so much people are wider than their legs
 FORESIGHT = 0.5  # by so much [s] people may be farther on their way than they are taken to be: who sets off gets faster
 NO_WORSE = 1e-6  # no command is blamed for what braking at once comes to, within this [m]; more adds up to a creep
-SILENT = 0.5  # a scanner that has spoken before is out of order when it says nothing for so long [s]
+SILENT = (
+    0.5  # points that old [s] say nothing any more: a scanner out of order is the matter of health, which slows down
+)
 
 
 class ProtectiveStop:
@@ -104,10 +106,8 @@ class ProtectiveStop:
         return sent, sent is not command
 
     def _allowed(self, command: Twist2D, twist: Twist2D, time: float) -> Twist2D:
-        if self._seen_at is None:
+        if self._seen_at is None or time - self._seen_at > SILENT:
             return command
-        if time - self._seen_at > SILENT:
-            return Twist2D(0.0, 0.0, command.omega)
         return self._largest_safe(command, twist, self._surroundings(command, twist, time))
 
     def _move_on(self, twist: Twist2D, time: float) -> None:

@@ -14,6 +14,7 @@ from han_bullet.messages import Fault, FrameDetections, Observation, PoseEstimat
 from han_bullet.world_schema import Slip
 
 BY_LASER_ALONE = 0.3  # part of its speed: legs show at 8 m, but not who walks where
+BY_CAMERAS_ALONE = 0.5  # nothing brakes for what they do not show
 
 _log = logging.getLogger(__name__)
 
@@ -94,9 +95,9 @@ class SensorHealth:
 
     def _speed_factor(self, blind: Sequence[str], *, feels: bool) -> float:
         """Return how fast the robot may go with the cameras that are not blind, and a laser that works or none."""
-        if not self._periods or len(blind) < len(self._periods):
-            return 1.0
-        return BY_LASER_ALONE if feels else 0.0
+        if self._periods and len(blind) == len(self._periods):
+            return BY_LASER_ALONE if feels else 0.0
+        return 1.0 if feels or self._laser is None else BY_CAMERAS_ALONE
 
     def _take(self, found: FrameDetections, time: float) -> bool:
         """Take in a frame; tell whether it may be used."""
