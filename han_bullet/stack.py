@@ -13,7 +13,7 @@ from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Twist2D
-from han_bullet.health.sensor_health import SensorHealth
+from han_bullet.health.sensor_health import HealthReport, SensorHealth
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.pose_trail import PoseTrail
 from han_bullet.messages import (
@@ -125,20 +125,10 @@ class NavigationStack:
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
         estimate = self.localization.update(observation.odometry, observation.laser)
-        pose = estimate.pose_robot_in_world
         self._trail.add(estimate)
-        frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
-        detections = self.detector.detect(frames)
-        health = self.health.update(observation, estimate, detections)
-        scans = [
-            self.projection.project(frame, found, self._trail.pose_at(frame.time))
-            for frame, found, usable in zip(frames, detections, health.usable, strict=True)
-            if usable
-        ]
-        self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
-        blind = [self._fixed[name] for name in health.blind if name in self._fixed]
+        detections, scans, health = self._see(observation, estimate)
         legs = self._find_legs(observation, estimate)
-        self._people = people = self.tracker.update(scans, observation.time, blind, legs)
+        people = self.tracker.update(scans, observation.time, self._views_of(health.blind), legs)
         scene = self.situation.update(
             estimate, people, observation.device_messages, None if estimate.lost else observation.laser
         )
@@ -147,25 +137,26 @@ class NavigationStack:
             layer.apply(costmap, scene)
         goal = self.situation.goal()
         path = self.planner.update(
-            costmap, pose.position, goal.position, observation.time, self.situation.changed, people
+            costmap,
+            estimate.pose_robot_in_world.position,
+            goal.position,
+            observation.time,
+            self.situation.changed,
+            people,
         )
         # While all cameras work, who is not seen is hidden for a moment, and layers and proximity do.
         factor = min(health.speed_factor, speed_factor_among(people, path) if health.blind else 1.0)
         command, status = self.follower.follow(path, goal, estimate, people, costmap, factor)
         if status is Status.ARRIVED and not self.situation.goal_is_final:
             status = Status.LOOKING
-        command, braked = self.protective_stop.limit(
-            command, observation.laser, observation.odometry.twist_robot_in_body, observation.time
-        )
-        if braked:
-            self.follower.overruled(command, pose)
-            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
+        command, status = self._brake(command, status, observation, estimate)
         status, step, gave_up = self.recovery.update(estimate, status)
+        self._people = people
         return Decision(
             time=observation.time,
             estimate=estimate,
-            detections=tuple(detections),
-            scans=tuple(scans),
+            detections=detections,
+            scans=scans,
             people=people,
             scene=scene,
             costmap=costmap,
@@ -177,6 +168,36 @@ class NavigationStack:
             gave_up=gave_up,
             legs=legs,
         )
+
+    def _see(
+        self, observation: Observation, estimate: PoseEstimate
+    ) -> tuple[tuple[FrameDetections, ...], tuple[Scan, ...], HealthReport]:
+        """Return what was found in each image, the same on the floor where it is of use, and how the sensors are."""
+        frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
+        detections = self.detector.detect(frames)
+        health = self.health.update(observation, estimate, detections)
+        self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
+        scans = (
+            self.projection.project(frame, found, self._trail.pose_at(frame.time))
+            for frame, found, usable in zip(frames, detections, health.usable, strict=True)
+            if usable
+        )
+        return tuple(detections), tuple(scans), health
+
+    def _views_of(self, blind: Sequence[str]) -> list[Frame]:
+        """Return what fixed cameras would see that see nothing now."""
+        return [self._fixed[name] for name in blind if name in self._fixed]
+
+    def _brake(
+        self, command: Twist2D, status: Status, observation: Observation, estimate: PoseEstimate
+    ) -> tuple[Twist2D, Status]:
+        """Let the protective stop have the last word."""
+        twist = observation.odometry.twist_robot_in_body
+        command, braked = self.protective_stop.limit(command, observation.laser, twist, observation.time)
+        if braked:
+            self.follower.overruled(command, estimate.pose_robot_in_world)
+            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
+        return command, status
 
     def _find_legs(self, observation: Observation, estimate: PoseEstimate) -> LegScan | None:
         """Look for people's legs in the laser's sweep, from where the robot was then."""
