@@ -64,7 +64,7 @@ def test_boxes_that_the_map_does_not_have_are_avoided_and_forgotten_when_they_ar
 @pytest.mark.scenario
 def test_without_the_obstacle_layer_the_protective_stop_still_keeps_the_robot_off_a_box(tmp_path: Path) -> None:
     _, metrics = run("box", 0, tmp_path, without=("obstacle",))
-    assert metrics["outcome"] == "timeout"
+    assert metrics["outcome"] == "blocked"
     assert metrics["contacts_object"] == 0
 
 
