@@ -15,7 +15,7 @@ from han_bullet.geometry import Array
 from han_bullet.lettering import Colour, Lettering, Picture
 from han_bullet.messages import CameraImage, Detections, Fault, RecoveryStep, Status
 from han_bullet.stack import Decision
-from han_bullet.topdown import GOAL, INK, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
+from han_bullet.topdown import GOAL, INK, LASER, PALE, PATH, ROBOT, TRACK, TRAJECTORY, cost_colours
 from han_bullet.world_schema import World
 
 BAR: Colour = (28, 34, 46)
@@ -47,6 +47,7 @@ LEGEND_ITEMS = (
     ("true person", INK, "ring"),
     ("track: 1 sigma, place in 1 s", TRACK, "arrow"),
     ("measured foot point", TRACK, "dot"),
+    ("laser", LASER, "dot"),
 )
 
 

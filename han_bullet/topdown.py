@@ -1,7 +1,7 @@
 """The map picture: what is true and what the robot believes, seen from above.
 
-Blue is the robot and its ways, green what it believes of people, white with a dark rim the true people; the floor
-carries the costmap, and the building lies on it as a drawing.
+Blue is the robot and its ways, green what it believes of people, white with a dark rim the true people, red what the
+laser meets; the floor carries the costmap, and the building lies on it as a drawing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from han_bullet.costmap.grid import FREE, INSCRIBED, SOCIAL_MAX, UNKNOWN, Costma
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.lettering import Anchor, Colour, Lettering, Picture
-from han_bullet.messages import Posture, TrackedPerson, TruePerson
+from han_bullet.messages import LaserScan, Posture, TrackedPerson, TruePerson
 from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.world_schema import CeilingCamera, GoToTask, World
 
@@ -36,12 +36,14 @@ PATH: Colour = (60, 130, 250)
 TRAJECTORY: Colour = (16, 44, 104)
 TRACK: Colour = (0, 122, 78)
 GOAL: Colour = (200, 30, 60)
+LASER: Colour = (236, 62, 30)
 
 SOCIAL_RANGE = (0.93, 0.36)  # of the colour map, from cost 0 to 252: bright to dark, no black, since it is drawn upon
 SOCIAL_OPACITY = (0.0, 0.85)  # over the floor, at cost 0 and 252
 MARGIN = 0.15  # [m] around the building
 CAMERA_WEDGE = 0.45  # [m]
 NEW_POINT_AFTER = 2.0  # [px]: a trajectory needs no finer points
+SCAN_SHOWN_FOR = 0.15  # [s]
 LABEL_SIZE, SMALL_SIZE = 15, 13  # [px]
 
 
@@ -79,6 +81,7 @@ class TopDownView:
         self._colours = cost_colours()
         self._ground = np.full((size[1], size[0], 3), OUTSIDE, np.uint8)
         self._trajectory: list[Array] = []
+        self._scan: LaserScan | None = None
 
     def pixels(self, points_in_world: Array) -> Array:
         """Return columns and rows, shape (..., 2) [px], of points, shape (..., 2) [m]; y points up in the picture."""
@@ -104,6 +107,7 @@ class TopDownView:
             drawing.disc(picture, self.pixels(point), 3.5, TRACK)
         for track in tick.decision.people:
             self._draw_track(picture, track)
+        self._draw_scan(picture, tick)
         self._draw_robot(picture, tick.truth.pose_robot_in_world)
         self._write_names(picture, tick)
 
@@ -180,6 +184,22 @@ class TopDownView:
         if track.posture is Posture.WALKING:
             start, end = self.pixels(track.position_in_world + np.outer([0.0, 1.0], track.velocity_in_world))
             drawing.arrow(picture, start, end, TRACK, 3)
+
+    def _draw_scan(self, picture: Picture, tick: Tick) -> None:
+        """Dot where the beams of the last scan ended, seen from where the robot believes to be."""
+        self._scan = tick.observation.laser or self._scan
+        if self._scan is None or self._scan.time < tick.decision.time - SCAN_SHOWN_FOR:
+            return
+        points = tick.decision.estimate.pose_robot_in_world.to_world(self._scan.points_in_body)
+        columns, rows = np.rint(self.pixels(points)).astype(int).T
+        inside = (columns >= 1) & (columns < self._size[0]) & (rows >= 1) & (rows < self._size[1])
+        for right, down in (
+            (0, 0),
+            (1, 0),
+            (0, 1),
+            (1, 1),
+        ):  # 2 x 2 px each: 541 round dots would cost as much as all else
+            picture[rows[inside] - down, columns[inside] - right] = LASER
 
     def _draw_robot(self, picture: Picture, pose: Pose2D) -> None:
         radius = self._world.robot.radius
