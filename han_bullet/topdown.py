@@ -193,12 +193,7 @@ class TopDownView:
         points = tick.decision.estimate.pose_robot_in_world.to_world(self._scan.points_in_body)
         columns, rows = np.rint(self.pixels(points)).astype(int).T
         inside = (columns >= 1) & (columns < self._size[0]) & (rows >= 1) & (rows < self._size[1])
-        for right, down in (
-            (0, 0),
-            (1, 0),
-            (0, 1),
-            (1, 1),
-        ):  # 2 x 2 px each: 541 round dots would cost as much as all else
+        for right, down in np.ndindex(2, 2):  # squares: 541 round dots would cost as much as all else
             picture[rows[inside] - down, columns[inside] - right] = LASER
 
     def _draw_robot(self, picture: Picture, pose: Pose2D) -> None:
