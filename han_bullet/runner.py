@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, nine tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, eleven tables and video.mp4."""
 
 from __future__ import annotations
 
