@@ -21,6 +21,7 @@ from han_bullet.known_devices import KnownDevices
 from han_bullet.localization.lidar import LidarLocalization
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.occupancy_grid import OccupancyGrid
+from han_bullet.localization.odometry_model import OdometryModel
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
@@ -81,6 +82,7 @@ def build_localization(world: World, start: Pose2D, seed: int) -> Localization:
         start,
         np.diag([away**2, away**2, turned**2]) / 3.0 + np.diag([1e-4, 1e-4, 1e-4]),
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(OF_LOCALIZATION,))),
+        odometry_model=OdometryModel(slip=world.robot.slip.distance, yaw_per_way=world.robot.slip.heading),
     )
 
 

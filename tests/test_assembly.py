@@ -1,9 +1,12 @@
 """Parameters of a world where they belong."""
 
+import numpy as np
+
 from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
-from han_bullet.assembly import build_stack
+from han_bullet.assembly import build_localization, build_stack
 from han_bullet.costmap.oncoming import OncomingLayer
-from han_bullet.messages import Truth
+from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.messages import Odometry, Truth
 from han_bullet.world_file import load_world
 
 
@@ -22,3 +25,16 @@ def test_the_layer_that_meets_people_knows_how_fast_the_worlds_robot_is() -> Non
     )
     (speed,) = (layer.robot_speed for layer in stack.layers if isinstance(layer, OncomingLayer))
     assert speed == 0.6
+
+
+def test_localization_trusts_the_wheels_as_much_as_the_world_says() -> None:
+    def spread(slip: float) -> float:
+        world = load_world("real2")
+        slipping = world.robot.model_copy(update={"slip": world.robot.slip.model_copy(update={"distance": slip})})
+        start = Pose2D(1.5, 0.0, 0.0)
+        robot = build_localization(world.model_copy(update={"robot": slipping}), start, seed=0)
+        for k in range(100):
+            estimate = robot.update(Odometry(0.05 * k, Pose2D(0.05 * k, 0.0, 0.0), Twist2D()), None)
+        return float(np.sqrt(estimate.covariance[0, 0]))
+
+    assert spread(0.1) > 3.0 * spread(0.02)

@@ -36,10 +36,12 @@ def test_one_scan_that_does_not_fit_is_forgiven_and_half_a_second_of_them_is_not
     assert not doubts[0] and 0.2 <= 0.1 * doubts.index(True) <= 0.6
 
 
-def test_no_scan_for_long_makes_the_next_one_count_alone() -> None:
+@pytest.mark.parametrize("gap", [0.3, 30.0])
+def test_one_scan_does_not_decide_after_a_gap_either_and_a_few_do(gap: float) -> None:
     robot = health()
     robot.lost(0.0, HERE, seen(HERE))
-    assert robot.lost(30.0, HERE, seen(THERE))
+    doubts = [robot.lost(gap * k, HERE, seen(THERE)) for k in range(1, 6)]
+    assert not any(doubts[:2]) and doubts[-1]
 
 
 def test_a_scan_fits_to_its_place_and_clearly_better_than_another() -> None:

@@ -203,3 +203,22 @@ def test_equal_generators_give_equal_estimates() -> None:
         robot.relocalize()
         runs.append([estimate.pose_robot_in_world for estimate, _ in driven(robot, way, ROOM)])
     assert runs[0] == runs[1]
+
+
+def test_without_scans_it_is_lost_once_the_wheels_may_have_led_it_astray_and_no_longer_when_a_scan_tells() -> None:
+    """Twelve metres at 2 % in either direction and a degree per root metre; the laser is dead for them."""
+    way = [Pose2D(0.5 + 0.05 * k, 0.0, 0.0) for k in range(600)]
+    robot = robot_at(way[0], CORRIDOR, CORRIDOR_FLOOR)
+    odometry = wheels([TICK * k for k in range(600)], way, np.random.default_rng(0))
+    lost = [robot.update(one, None).lost for one in odometry]
+    first = 0.05 * lost.index(True)
+    assert 8.0 < first < 16.0 and all(lost[lost.index(True) :])
+
+
+def test_a_robot_lost_for_want_of_scans_knows_its_place_again_by_one_in_a_room() -> None:
+    here = Pose2D(3.0, 2.5, 0.4)
+    grid = OccupancyGrid.of_building([FLOOR], ROOM, scan_height=0.25)
+    robot = LidarLocalization(grid, here, np.diag([0.6, 0.1, 0.05]) ** 2, np.random.default_rng(0))
+    assert robot.update(standing(0.0), None).lost
+    found = robot.update(standing(0.05), Laser(ROOM).scan(0.05, here, NOBODY, np.random.default_rng(0)))
+    assert not found.lost and is_at(found, here)

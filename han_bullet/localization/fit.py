@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,10 +58,12 @@ def differ(one: Pose2D, other: Pose2D) -> bool:
     return one.distance_to(other.position) > APART[0] or abs(wrap_angle(one.yaw - other.yaw)) > APART[1]
 
 
-def apart(poses: list[Pose2D]) -> list[Pose2D]:
-    """Return poses without those that are nearly the same as an earlier one."""
+def apart(poses: Iterable[Pose2D], most: int) -> list[Pose2D]:
+    """Return the first different poses, so many at most: without those that are nearly the same as an earlier one."""
     kept: list[Pose2D] = []
     for pose in poses:
+        if len(kept) == most:
+            break
         if all(differ(pose, other) for other in kept):
             kept.append(pose)
     return kept

@@ -61,7 +61,7 @@ class GlobalSearch:
         matched = [self._matcher.match(mean, VICINITY, beams) for mean in [*self._rivals, *means]]
         fits = [Fit.of(pose, beams, self._field) for pose, _ in matched]
         best = max(range(len(fits)), key=lambda k: fits[k].log_likelihood)
-        self._rivals = apart([fit.pose for fit in fits if not fits[best].clearly_better_than(fit)])[:CANDIDATES]
+        self._rivals = apart((fit.pose for fit in fits if not fits[best].clearly_better_than(fit)), CANDIDATES)
         alone = fits[best].good and not any(differ(rival, fits[best].pose) for rival in self._rivals)
         same = not differ(fits[best].pose, self.pose)
         self._agreeing = (self._agreeing + 1 if same else 1) if alone else 0

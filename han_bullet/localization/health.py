@@ -18,6 +18,7 @@ BEAMS, DEVIATION = 60, 0.15  # with which they are tried; [m]
 MATCHED = 4  # of these, different ones
 VICINITY = np.diag([0.3, 0.3, math.radians(6.0)]) ** 2  # in which each is matched
 TIME_CONSTANT = 0.4  # of the smoothing [s]
+LONGEST_STEP = 0.1  # that one scan counts for [s]: a single one after a gap must not decide
 SUSPECT = 0.5  # smoothed share of bad scans
 
 
@@ -32,14 +33,12 @@ class Health:
         self._field = field
         self._matcher = matcher
         self._generator = generator
-        self._bad, self._time = 0.0, -math.inf
+        self._bad, self._time = 0.0, math.inf
 
     def lost(self, time: float, pose: Pose2D, beams: Beams) -> bool:
         """Take in a scan of a time [s] and the pose that was matched to it; tell whether the pose is to be doubted."""
         bad = self._doubtful(pose, beams)
-        keep = math.exp(-max(time - self._time, 0.0) / TIME_CONSTANT)
-        if math.isinf(self._time):
-            keep = 1.0
+        keep = math.exp(-min(max(time - self._time, 0.0), LONGEST_STEP) / TIME_CONSTANT)
         self._bad, self._time = keep * self._bad + (1.0 - keep) * bad, time
         return self._bad > SUSPECT
 
@@ -60,4 +59,4 @@ class Health:
         few = beams.some(BEAMS)
         logs, _, _ = self._field.likelihoods(tried, few, DEVIATION)
         likely = [Pose2D(*tried[k].tolist()) for k in np.argsort(-logs)]
-        return [self._matcher.match(one, VICINITY, few)[0] for one in apart([pose, *likely])[1 : 1 + MATCHED]]
+        return [self._matcher.match(one, VICINITY, few)[0] for one in apart([pose, *likely], 1 + MATCHED)[1:]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -21,6 +22,7 @@ from han_bullet.messages import LaserScan, Odometry, PoseEstimate
 
 # Of what every scan shares, and no number of them averages away: edges lie anywhere in the map's cells. Of x, y, yaw.
 MAP_ERROR = np.diag([0.007**2, 0.007**2, 0.003**2])  # [m^2], [rad^2]
+UNSURE = 0.5  # standard deviation [m]: half a corridor, after 12 m without a scan
 REMEMBERED = 40  # control ticks: a scan that is older than these cannot be placed
 
 
@@ -67,7 +69,8 @@ class LidarLocalization(Localization):
         if scan is not None and scanner is not None:
             self._look(scan.time, Beams.of_scan(scan, scanner))
         believed = self._search or self._tracked
-        return PoseEstimate(odometry.time, believed.pose, believed.covariance + MAP_ERROR, self._lost)
+        unsure = math.sqrt(float(np.linalg.eigvalsh(believed.covariance[:2, :2])[-1])) > UNSURE
+        return PoseEstimate(odometry.time, believed.pose, believed.covariance + MAP_ERROR, self._lost or unsure)
 
     def relocalize(self) -> None:
         """Scatter particles over the map; the scans to come decide."""
