@@ -14,9 +14,11 @@ from benchmarks.legs import compare, scanner_before
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.messages import LaserScan, LegScan, PoseEstimate, Posture, Seat, TrackedPerson
 from han_bullet.sim.gait import Gait
+from han_bullet.tracking.building import BUILDING_TOLERANCE
 from han_bullet.tracking.legs import LaserLegs
 from han_bullet.tracking.track import LEGS_ALONE, OUTSIDE_LIFE
 from han_bullet.tracking.tracker import MultiCameraTracker
+from han_bullet.world_schema import FloorArea
 
 ROBOT = Pose2D(5.0, 0.0, 0.0)
 SCANNER = ROBOT.compose(SCANNER_IN_BODY)
@@ -144,6 +146,30 @@ def follow(tracker: MultiCameraTracker, legs: Legs, seen: Seen, until: float, se
 
 def tracker_of(**more: Sequence[Seat]) -> MultiCameraTracker:
     return MultiCameraTracker(field_of_view=VIEW, **more)
+
+
+def test_while_cameras_are_late_alike_their_frames_still_place_and_the_walker_still_walks() -> None:
+    """The frames come 0.4 s late, in order; the laser speaks of now, and says only that somebody else is not there."""
+    tracker = tracker_of()
+    for k in range(40):
+        time = 0.1 * k
+        taken = time - 0.4
+        scans = [at(EASTWARD, taken, [(6.0 + 0.8 * taken, 0.3)])] if taken >= 0.0 else []
+        people = tracker.update(scans, time, legs=LegScan(time, np.zeros((0, 2)), np.zeros((0, 2, 2)), vacant=(77,)))
+    (walker,) = people
+    assert walker.posture is Posture.WALKING
+    assert walker.position_in_world[0] == pytest.approx(6.0 + 0.8 * time, abs=0.1)
+
+
+def test_somebody_whom_only_legs_show_is_not_off_the_floor_for_a_hairs_breadth() -> None:
+    tracker = MultiCameraTracker(field_of_view=VIEW, floor=[FloorArea(x=(0.0, 20.0), y=(-2.0, 0.5))])
+    for k in range(40):
+        time = 0.1 * k
+        seen = [at(EASTWARD, time, [(7.0, 0.45)])] if time < 1.0 else []
+        legs = LegScan(time, np.array([[7.0, 0.5 + BUILDING_TOLERANCE + 0.02]]), 1e-4 * np.eye(2)[None])
+        people = tracker.update(seen, time, legs=legs if time >= 1.0 else None)
+    (person,) = people
+    assert person.position_in_world[1] > 0.5 + BUILDING_TOLERANCE
 
 
 def nobody(time: float) -> None:

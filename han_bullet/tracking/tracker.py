@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from han_bullet.tracking.building import on_floor
 from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.kalman import ConstantVelocity
 from han_bullet.tracking.nnjpda import Nnjpda
-from han_bullet.tracking.track import Track, TrackRecord
+from han_bullet.tracking.track import LONGEST_FRAME_GAP, Track, TrackRecord
 from han_bullet.world_schema import FloorArea
 
 # Of ended tracks, so that a run of days does not fill the memory.
@@ -70,6 +71,7 @@ class MultiCameraTracker(PeopleTracker):
         self.motion = motion or ConstantVelocity()
         self._tracks: list[Track] = []
         self._next_id = 0
+        self._delay, self._seen_at = 0.0, -math.inf  # of the newest scan, and when it came [s]
         self._ended: deque[TrackRecord] = deque(maxlen=KEPT_RECORDS)
 
     @property
@@ -84,7 +86,9 @@ class MultiCameraTracker(PeopleTracker):
         for scan in sorted(scans, key=lambda scan: scan.time):
             self._take(scan)
             self._merge(scan.time)
-        if legs is not None:
+            self._delay, self._seen_at = time - scan.time, time
+        cameras_late = self._delay > LONGEST_FRAME_GAP and time - self._seen_at <= LONGEST_FRAME_GAP
+        if legs is not None and not cameras_late:  # else their next scan would come too late to be taken in
             self._take_legs(legs)
         for track in self._tracks:
             hit = track.time in (track.last_hit, track.legs_hit)
@@ -112,9 +116,9 @@ class MultiCameraTracker(PeopleTracker):
 
     def _take_legs(self, legs: LegScan) -> None:
         """Apply legs to the people whom cameras know; nobody begins with them."""
-        for track in self._tracks:
-            track.advance(legs.time)
         known = [track for track in self._tracks if track.takes_legs(legs.time)]
+        for track in known:
+            track.advance(legs.time)
         means = np.array([track.state.position for track in known]).reshape(-1, 2)
         covariances = np.array([track.state.position_covariance for track in known]).reshape(-1, 2, 2)
         pairs = dict(self.association.assign(gate(means, covariances, legs.positions, legs.covariances)))
@@ -184,7 +188,9 @@ class MultiCameraTracker(PeopleTracker):
         positions = np.array([track.state.position for track in self._tracks]).reshape(-1, 2)
         for track, inside in zip(tuple(self._tracks), on_floor(self.floor, positions), strict=True):
             reason = track.reason_to_end(time)
-            if not inside and track.last_hit < track.time:  # nobody walks through a wall, so nobody is known there
+            if (
+                not inside and max(track.last_hit, track.legs_hit) < track.time
+            ):  # nobody walks through a wall, so nobody is known there
                 reason = "predicted off the floor"
             if reason is not None:
                 self._remove(track, time, reason)
