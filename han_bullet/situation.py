@@ -54,7 +54,7 @@ class Situation:
         known = self._postures.keys() & postures.keys()
         self.changed = device_changed or any(self._postures[key] != postures[key] for key in known)
         self._postures = postures
-        if isinstance(self._task, HandOver):
+        if isinstance(self._task, HandOver) and not estimate.lost:
             self._task = _with_person(self._task, people, pose)
         self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser)
         return self._scene

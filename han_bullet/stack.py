@@ -128,7 +128,8 @@ class NavigationStack:
         self._trail.add(estimate)
         detections, scans, health = self._see(observation, estimate)
         legs = self._find_legs(observation, estimate)
-        people = self.tracker.update(scans, observation.time, self._views_of(health.blind), legs)
+        blind = tuple(self._fixed) if estimate.lost else health.blind
+        people = self.tracker.update(scans, observation.time, self._views_of(blind), legs)
         scene = self.situation.update(
             estimate, people, observation.device_messages, None if estimate.lost else observation.laser
         )
@@ -172,7 +173,10 @@ class NavigationStack:
     def _see(
         self, observation: Observation, estimate: PoseEstimate
     ) -> tuple[tuple[FrameDetections, ...], tuple[Scan, ...], HealthReport]:
-        """Return what was found in each image, the same on the floor where it is of use, and how the sensors are."""
+        """Return what was found in each image, the same on the floor where it is of use, and how the sensors are.
+
+        A robot that is lost knows neither where its own camera looks nor which of those whom others see is itself.
+        """
         frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
         detections = self.detector.detect(frames)
         health = self.health.update(observation, estimate, detections)
@@ -180,7 +184,7 @@ class NavigationStack:
         scans = (
             self.projection.project(frame, found, self._trail.pose_at(frame.time))
             for frame, found, usable in zip(frames, detections, health.usable, strict=True)
-            if usable
+            if usable and not estimate.lost
         )
         return tuple(detections), tuple(scans), health
 

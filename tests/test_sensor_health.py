@@ -204,3 +204,12 @@ def test_usual_slip_is_no_fault_and_five_times_as_much_mostly_is_within_eight_se
     noticed = [drive(5.0, seed) for seed in range(20)]
     assert all(kind == "slip" and since > 4.0 for faults in noticed for kind, since in faults)
     assert sum(faults != [] and faults[0][1] < 12.0 for faults in noticed) >= 16
+
+
+def test_a_leap_with_which_a_lost_robot_is_found_is_no_slip() -> None:
+    health = SensorHealth({}, slip=Slip())
+    for tick in range(200):
+        time = tick * CONTROL_PERIOD
+        here, lost = Pose2D(1.0 if tick < 80 else 4.0, 0.0, 0.0), 60 <= tick < 80
+        sensed = Observation(time, Odometry(time, Pose2D(0.0, 0.0, 0.0), Twist2D()))
+        assert health.update(sensed, PoseEstimate(time, here, lost=lost), []).faults == ()

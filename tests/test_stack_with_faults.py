@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import pytest
 from ticks import make_world
 
 from han_bullet.ablation import TrueLocalization
 from han_bullet.assembly import build_stack, build_tracker
-from han_bullet.coverage import empty_image
+from han_bullet.coverage import empty_frame, empty_image
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, Frame, FrameDetections, ImageHealth, LaserScan, Observation, Odometry, Truth
+from han_bullet.messages import (
+    Detections,
+    Frame,
+    FrameDetections,
+    ImageHealth,
+    LaserScan,
+    Observation,
+    Odometry,
+    PoseEstimate,
+    Status,
+    Truth,
+)
 from han_bullet.stack import Decision
 from han_bullet.tracking.sight import expected_box
 from han_bullet.world_schema import CONTROL_PERIOD
@@ -23,6 +36,7 @@ BESIDE = HERE | {"name": "beside", "position": [0.2, 0.6, 2.6]}
 ELSEWHERE = HERE | {"name": "elsewhere", "position": [19.0, 0.0, 2.6], "look_at": [25.0, 0.0, 0.9]}
 ANNA = np.array([6.0, 0.3])
 FROZEN_FROM = 2.0  # [s]
+SCANNER_IN_BODY = Pose2D(0.2, 0.0, 0.0)
 
 
 class Painted(FrameDetector):
@@ -42,21 +56,40 @@ class Painted(FrameDetector):
         return found.at(frame.camera, frame.time, ImageHealth(number, 120.0, 25.0))
 
 
-def decide(seconds: float, *cameras: dict, stands: Callable[[str, float], bool], x: float = 3.0) -> list[Decision]:
+class Astray(TrueLocalization):
+    """Knows the pose, but for a while in which it is lost and believes itself to be where the person is."""
+
+    def __init__(self, truth: Truth, lost: tuple[float, float]) -> None:
+        super().__init__(lambda: truth)
+        self._lost = lost
+
+    def update(self, odometry: Odometry, scan: LaserScan | None) -> PoseEstimate:
+        if self._lost[0] <= odometry.time < self._lost[1]:
+            return PoseEstimate(odometry.time, Pose2D(*ANNA.tolist(), 1.0), lost=True)
+        return super().update(odometry, scan)
+
+
+def decide(
+    seconds: float,
+    *cameras: dict,
+    stands: Callable[[str, float], bool],
+    x: float = 3.0,
+    lost: tuple[float, float] = (math.inf, math.inf),
+) -> list[Decision]:
     """Let a stack look at a person 3 m before a robot that does not move; return its decisions."""
     world = make_world(cameras=list(cameras), robot={"start": [x, 0.0, 0.0]})
     pose, decisions = Pose2D(x, 0.0, 0.0), []
     still = Truth(0.0, pose, Twist2D(), ())
     stack = build_stack(
         world,
-        localization=TrueLocalization(lambda: still),
+        localization=Astray(still, lost),
         detector=Painted(stands),
         tracker=build_tracker(world),
     )
     for tick in range(round(seconds / CONTROL_PERIOD) + 1):
         time = tick * CONTROL_PERIOD
         images = tuple(empty_image(camera, time) for camera in world.cameras) if tick % 2 == 0 else ()
-        scan = LaserScan(time, np.full(3, np.inf), 0.0, 0.1, 0.05, 8.0, pose) if tick % 2 == 0 else None
+        scan = LaserScan(time, np.full(3, np.inf), 0.0, 0.1, 0.05, 8.0, SCANNER_IN_BODY) if tick % 2 == 0 else None
         decisions.append(stack.step(Observation(time, Odometry(time, pose, Twist2D()), scan, images)))
     return decisions
 
@@ -101,3 +134,33 @@ def test_the_robot_slows_where_somebody_may_be_whom_no_camera_shows_and_not_far_
 
     assert 0.2 < speed(3.5) <= 0.4 + 1e-9
     assert speed(11.0) > 0.8
+
+
+def test_a_lost_robot_takes_nothing_from_its_cameras_and_forgets_nobody() -> None:
+    decisions = decide(4.0, BESIDE, stands=lambda *_: True, lost=(1.0, 3.0))
+    lost = decisions[20:60]
+    assert all(decision.scans == () and len(decision.people) == 1 for decision in lost)
+    assert lost[-1].status is Status.LOST and lost[-1].command.speed == 0.0
+    assert lost[-1].people[0].id == decisions[-1].people[0].id == decisions[19].people[0].id
+    assert spread(lost[-1]) > 0.15 and spread(decisions[-1]) < 0.12
+    assert [fault for decision in decisions for fault in decision.faults if fault.sensor == "wheels"] == []
+
+
+def test_an_onboard_image_that_comes_late_is_placed_where_the_robot_was() -> None:
+    world = make_world(cameras=[{"kind": "onboard", "name": "onboard"}], robot={"start": [1.0, 0.0, 0.0]})
+    poses = [Pose2D(1.0 + 0.05 * k, 0.0, 0.02 * k) for k in range(21)]
+    now = iter(poses)
+    stack = build_stack(
+        world,
+        localization=TrueLocalization(lambda: Truth(0.0, next(now), Twist2D(), ())),
+        detector=Painted(lambda *_: False),
+        tracker=build_tracker(world),
+    )
+    (camera,) = world.cameras
+    for k, pose in enumerate(poses):
+        images = (empty_image(camera, (k - 8) * CONTROL_PERIOD),) if k == 20 else ()
+        time = k * CONTROL_PERIOD
+        decision = stack.step(Observation(time, Odometry(time, pose, Twist2D()), None, images))
+    (scan,) = decision.scans
+    assert scan.pose_robot_in_world == poses[12]
+    assert scan.frame.camera_in_world == pytest.approx(empty_frame(camera, poses[12]).camera_in_world)

@@ -78,7 +78,7 @@ class SensorHealth:
         self._newest_used = max([self._newest_used, *used])
         feels = self._laser is not None and self._laser.update(observation.laser, time)
         if self._wheels is not None:
-            self._wheels.update(estimate.pose_robot_in_world, observation.odometry.pose_robot_in_odom, time)
+            self._wheels.update(estimate, observation.odometry.pose_robot_in_odom)
         faults = tuple(fault for sensor in self._sensors() for fault in sensor.faults)
         _tell(self._faults, faults, time)
         self._faults = faults

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from itertools import pairwise
 
-import numpy as np
-
-from han_bullet.geometry import Array, Pose2D, wrap_angle
+from han_bullet.geometry import Pose2D, wrap_angle
 from han_bullet.health.watch import Watch
-from han_bullet.messages import Fault
+from han_bullet.messages import Fault, PoseEstimate
 from han_bullet.world_schema import CONTROL_PERIOD, Slip
 
 PIECE = 1.0  # [s] of way that are compared
@@ -40,10 +39,13 @@ class WheelHealth:
         """Return what is wrong now."""
         return () if self._watch.fault is None else (self._watch.fault,)
 
-    def update(self, pose_robot_in_world: Pose2D, pose_robot_in_odom: Pose2D, time: float) -> None:
-        """Take in both poses of a tick."""
-        self._ways.append((pose_robot_in_world, pose_robot_in_odom))
-        self._watch.update(self._normalized_error() > TOO_MUCH, time)
+    def update(self, estimate: PoseEstimate, pose_robot_in_odom: Pose2D) -> None:
+        """Take in both poses of a tick; those of a lost robot say nothing, nor does the leap with which it is found."""
+        if estimate.lost:
+            self._ways.clear()
+        else:
+            self._ways.append((estimate.pose_robot_in_world, pose_robot_in_odom))
+        self._watch.update(self._normalized_error() > TOO_MUCH, estimate.time)
 
     def _normalized_error(self) -> float:
         """Return the squared differences of the ways, piece by piece, in standard deviations."""
@@ -51,18 +53,11 @@ class WheelHealth:
         return sum(self._error_of_piece(*piece) for piece in pairwise(reversed(ways)))
 
     def _error_of_piece(self, start: tuple[Pose2D, Pose2D], end: tuple[Pose2D, Pose2D]) -> float:
-        way, told = _from(start[0], end[0]), _from(start[1], end[1])
-        length = float(np.hypot(told[0], told[1]))
+        way, told = start[0].relative(end[0]), start[1].relative(end[1])
+        length = math.hypot(told.x, told.y)
         ahead = (self._slip.distance * length) ** 2 + POSITION_ERROR**2
         wander = self._slip.heading**2 * length  # of the heading [rad^2]
         aside = ahead + wander * length**2 / 3.0
-        turned = wander + (self._slip.turn * told[2]) ** 2 + YAW_ERROR**2
-        error = way - told
-        error[2] = wrap_angle(float(error[2]))
-        return float(np.sum(error**2 / [aside, aside, turned]))
-
-
-def _from(before: Pose2D, after: Pose2D) -> Array:
-    """Return the way from one pose to another as the first has it: x, y, yaw, shape (3,) [m], [rad]."""
-    x, y = before.to_body(after.position)
-    return np.array([x, y, wrap_angle(after.yaw - before.yaw)])
+        turned = wander + (self._slip.turn * told.yaw) ** 2 + YAW_ERROR**2
+        off = (way.x - told.x) ** 2 + (way.y - told.y) ** 2
+        return off / aside + wrap_angle(way.yaw - told.yaw) ** 2 / turned
