@@ -14,11 +14,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
-from han_bullet.messages import RecoveryStep
+from han_bullet.messages import RecoveryStep, Status
 from han_bullet.metrics.tally import Value
 from han_bullet.world_schema import CONTROL_PERIOD
 
-Step = tuple[float, RecoveryStep | None]  # since when [s]; None: the robot goes on
+Doing = tuple[float, Status, RecoveryStep | None]  # since when [s]; None: the robot goes on
+Step = tuple[float, RecoveryStep | None]
 
 
 class _Entry(BaseModel):
@@ -181,18 +182,28 @@ def read_table(path: Path) -> Table:
     return Table(path, dict(zip(header, zip(*lines, strict=True) if lines else ((),) * len(header), strict=True)))
 
 
-def read_steps(folder: Path) -> list[Step]:
-    """Return when the robot began what, since it could not go on, and when it could again.
+def read_doings(folder: Path) -> list[Doing]:
+    """Return since when the robot was up to what, from the beginning on.
 
     Raises:
         BadInputError: status.csv is missing, or no table of statuses.
     """
     table = read_table(folder / "status.csv")
+    rows = zip(table.numbers("time").tolist(), table.words("status"), table.words("step"), strict=True)
+    doings: list[Doing] = []
+    for index, ((time,), status, step) in enumerate(rows):
+        if status.upper() not in Status.__members__:
+            raise table.unreadable(index, f"its status is {status!r}")
+        if step and step.upper() not in RecoveryStep.__members__:
+            raise table.unreadable(index, f"its step is {step!r}")
+        doings.append((time, Status[status.upper()], RecoveryStep[step.upper()] if step else None))
+    return doings
+
+
+def steps_of(doings: Sequence[Doing]) -> list[Step]:
+    """Return when the robot began which step, since it could not go on, and when it could again."""
     steps: list[Step] = [(0.0, None)]
-    for index, ((time,), name) in enumerate(zip(table.numbers("time").tolist(), table.words("step"), strict=True)):
-        if name and name.upper() not in RecoveryStep.__members__:
-            raise table.unreadable(index, f"its step is {name!r}")
-        step = RecoveryStep[name.upper()] if name else None
+    for time, _, step in doings:
         if step is not steps[-1][1]:
             steps.append((time, step))
     return steps[1:]

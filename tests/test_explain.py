@@ -14,6 +14,7 @@ import yaml
 from made_runs import made_run, replayed
 
 from han_bullet.cli import main
+from han_bullet.costmap.obstacle import ObstacleLayer
 from han_bullet.errors import BadInputError
 from han_bullet.explain.explainer import explain, explain_run
 from han_bullet.explain.explanation import Explanation, LayerEffect
@@ -21,7 +22,7 @@ from han_bullet.explain.picture import COLOURS, paint
 from han_bullet.explain.recorded_run import read_run
 from han_bullet.explain.replay import AGREEMENT, replay
 from han_bullet.explain.sentences import details, movers, strength, verdict
-from han_bullet.messages import Scene
+from han_bullet.messages import RecoveryStep, Scene, Status
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.topdown import PATH
 from han_bullet.world_file import find_world, read_yaml
@@ -305,3 +306,18 @@ def test_two_people_who_stand_abreast_close_the_corridor_by_their_bodies() -> No
     assert "without it there is one of 13." in sentence
     drawn = paint(replayed(run), explanation)
     assert count(drawn, COLOURS[0]) > 200
+
+
+def test_a_replay_says_what_the_robot_was_up_to_and_clears_when_it_did(monkeypatch: pytest.MonkeyPatch) -> None:
+    cleared: list[float] = []
+    monkeypatch.setattr(ObstacleLayer, "clear", lambda self: cleared.append(1.0))
+    doings = [
+        (0.0, Status.MOVING, None),
+        (0.3, Status.WAITING, RecoveryStep.WAIT),
+        (0.5, Status.WAITING, RecoveryStep.CLEAR),
+    ]
+    run = replace(made_run({"anna": (8.0, 0.0)}, 20, lambda *_: ()), doings=doings)
+    assert [replay(run, time).tick.decision.status for time in (0.2, 0.4)] == [Status.MOVING, Status.WAITING]
+    assert cleared == []
+    decision = replay(run, 0.9).tick.decision
+    assert (decision.status, decision.step, cleared) == (Status.WAITING, RecoveryStep.CLEAR, [1.0])

@@ -162,3 +162,13 @@ def test_a_robot_that_found_itself_goes_on_and_may_be_lost_again() -> None:
 def test_what_can_be_cleared_is_known_by_that() -> None:
     nothing: Callable[[], None] = lambda: None  # noqa: E731
     assert isinstance(Memory(), Clearable) and not isinstance(nothing, Clearable)
+
+
+def test_a_robot_that_found_itself_forgets_what_it_marked_about_a_wrong_pose() -> None:
+    memory = Memory()
+    robot = Robot([memory])
+    robot.go_on(1.0, Status.MOVING, speed=1.0)
+    robot.go_on(2.0, Status.LOST)
+    assert memory.cleared == 0
+    robot.go_on(1.0, Status.MOVING, speed=1.0)
+    assert memory.cleared == 1

@@ -16,7 +16,7 @@ from han_bullet.messages import PoseEstimate, RecoveryStep, Status
 
 PROGRESS = 0.5  # from where it stood: so far on, the robot goes on again [m]
 SOME_PROGRESS = 0.02  # each gives the present step its time anew [m], or a robot that sets off would be stopped
-LOST_FOR = 1.0  # before it looks for itself [s]: health doubts, and a scan later may not
+LOST_FOR = 1.0  # before it looks for itself [s]: until it stands
 NOT_STUCK = (Status.ARRIVED, Status.LOOKING, Status.BLIND)  # no step helps who waits for its sensors
 DONE = {
     RecoveryStep.WAIT: "waited",
@@ -67,7 +67,7 @@ class Recovery:
         self._obstacles = tuple(obstacles)
         self._stuck = StepLadder(
             Rung(RecoveryStep.WAIT, wait),
-            Rung(RecoveryStep.CLEAR, clear if obstacles else 0.0, self._clear),
+            Rung(RecoveryStep.CLEAR, clear if obstacles else 0.0, self.clear),
             Rung(RecoveryStep.ASK, ask),
         )
         self._lost = StepLadder(Rung(RecoveryStep.WAIT, LOST_FOR), Rung(RecoveryStep.RELOCALIZE, search, relocalize))
@@ -86,6 +86,8 @@ class Recovery:
             step = self._lost.climb(estimate.time)
             why = f"lost for {self._lost.elapsed(estimate.time):.0f} s"
             return status, step, self._reason(why, self._lost) if step is RecoveryStep.GIVE_UP else None
+        if self._lost.taken:  # what the laser met was marked about a wrong pose
+            self.clear()
         self._lost.leave()
         if status in NOT_STUCK:
             self._from = None
@@ -115,7 +117,8 @@ class Recovery:
         self._stuck.leave()
         self._from, self._farthest = position_in_world, 0.0
 
-    def _clear(self) -> None:
+    def clear(self) -> None:
+        """Let all that remembers obstacles forget them."""
         for memory in self._obstacles:
             memory.clear()
 

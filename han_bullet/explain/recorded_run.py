@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +20,12 @@ from han_bullet.messages import (
     PoseEstimate,
     Posture,
     RecoveryStep,
+    Status,
     TruePerson,
     Truth,
 )
 from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, LEGS_HEADER, ray_columns
-from han_bullet.run_folder import ResultFile, Step, Table, is_run, read_result, read_steps, read_table
+from han_bullet.run_folder import Doing, ResultFile, Table, is_run, read_doings, read_result, read_table, steps_of
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
@@ -80,7 +80,7 @@ class RecordedRun:
         legs: Tick -> what the laser said of people; ticks without are missing.
         messages: Tick -> what devices said.
         tracks: Tick -> what the stack believed of people.
-        steps: What the robot tried where it could not go on.
+        doings: What the robot was up to, and what it tried where it could not go on; one per change.
     """
 
     folder: Path
@@ -94,7 +94,7 @@ class RecordedRun:
     legs: Mapping[int, LegScan]
     messages: Mapping[int, Sequence[DeviceMessage]]
     tracks: Mapping[int, Sequence[TrackRow]]
-    steps: Sequence[Step]
+    doings: Sequence[Doing]
 
     @property
     def sees(self) -> bool:
@@ -112,9 +112,15 @@ class RecordedRun:
             raise BadInputError(f"time is {time:g} s; the run {str(self.folder)!r} lasts from 0 to {end:g} s")
         return min(int(time / CONTROL_PERIOD + 1e-6), len(self.truths) - 1)
 
+    def doing_at(self, time: float) -> tuple[Status, RecoveryStep | None] | None:
+        """Return what the robot was up to at a time [s], and what it tried if it could not go on; None: not written."""
+        status, step = next(((s, step) for since, s, step in reversed(self.doings) if since <= time), (None, None))
+        return None if status is None else (status, step)
+
     def step_at(self, time: float) -> tuple[float, RecoveryStep] | None:
         """Return since when [s] the robot tried what at a time [s]; None where it could go on."""
-        since, step = max((one for one in self.steps if one[0] <= time), default=(0.0, None), key=itemgetter(0))
+        steps = steps_of([doing for doing in self.doings if doing[0] <= time])
+        since, step = steps[-1] if steps else (0.0, None)
         return None if step is None else (since, step)
 
 
@@ -151,7 +157,7 @@ def read_run(folder: Path) -> RecordedRun:
         _legs(read_table(folder / "legs.csv")),
         _messages(read_table(folder / "messages.csv")),
         tracks,
-        read_steps(folder),
+        read_doings(folder),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from han_bullet.ablation import NoDetector, TruthTracker
 from han_bullet.assembly import build_stack, build_tracker, known_devices
+from han_bullet.control.recovery import Clearable, Recovering, Recovery
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_image
 from han_bullet.detection.camera_detector import FrameDetector
@@ -28,7 +29,9 @@ from han_bullet.messages import (
     Observation,
     Odometry,
     PoseEstimate,
+    RecoveryStep,
     Scan,
+    Status,
     TrackedPerson,
     Truth,
 )
@@ -133,6 +136,30 @@ class RecordedLegs(LegFinder):
         return self._legs.get(round(estimate.time / CONTROL_PERIOD))
 
 
+class RecordedRecovery(Recovery):
+    """Does when it cannot go on what was done during a run, and says what was said; a replay moves nothing.
+
+    Args:
+        run: The run.
+        obstacles: What is told to forget when it was.
+    """
+
+    def __init__(self, run: RecordedRun, obstacles: Sequence[Clearable]) -> None:
+        super().__init__(relocalize=lambda: None, obstacles=obstacles)
+        self._run = run
+        self._step: RecoveryStep | None = None
+        self._was_lost = False
+
+    def update(self, estimate: PoseEstimate, status: Status) -> Recovering:
+        """Return the recorded status and step; where nothing is written, what the stack says."""
+        then, step = self._run.doing_at(estimate.time) or (status, None)
+        found = self._was_lost and not estimate.lost
+        if found or (step is RecoveryStep.CLEAR and self._step is not step):
+            self.clear()
+        self._step, self._was_lost = step, estimate.lost
+        return then, step, None
+
+
 def replay(run: RecordedRun, time: float) -> Replay:
     """Run the stack on a run's files up to a time [s].
 
@@ -174,7 +201,7 @@ def _stack(run: RecordedRun) -> NavigationStack:
     else:
         seated = {p.name: p.behaviour.on for p in world.people if isinstance(p.behaviour, Sit)}
         tracker = TruthTracker(iter(run.truths).__next__, seated)
-    return build_stack(
+    stack = build_stack(
         world,
         localization=RecordedLocalization(run),
         detector=RecordedDetector(run) if run.sees else NoDetector(),
@@ -186,6 +213,8 @@ def _stack(run: RecordedRun) -> NavigationStack:
         sees=run.sees,
         own_senses=False,
     )
+    stack.recovery = RecordedRecovery(run, [layer for layer in stack.layers if isinstance(layer, Clearable)])
+    return stack
 
 
 def _observation(run: RecordedRun, number: int) -> Observation:

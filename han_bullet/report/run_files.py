@@ -10,7 +10,7 @@ import numpy as np
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
-from han_bullet.run_folder import ResultFile, Step, read_result, read_steps, read_table
+from han_bullet.run_folder import ResultFile, Step, read_doings, read_result, read_table, steps_of
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import World
 
@@ -87,7 +87,7 @@ def read_run(folder: Path) -> Run:
     """
     result = read_result(folder)
     trace, tracks, devices_on = read_trace(folder), _read_tracks(folder), _read_devices_on(folder)
-    return Run(folder, result, trace, tracks, read_steps(folder), devices_on, *find_map(folder))
+    return Run(folder, result, trace, tracks, steps_of(read_doings(folder)), devices_on, *find_map(folder))
 
 
 def read_trace(folder: Path) -> Trace:
