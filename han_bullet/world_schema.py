@@ -465,7 +465,15 @@ class World(Part):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f"{kind}: the name {twice[0]!r} is given twice; names must differ")
+        for camera in self.cameras:
+            if camera.name in (ALL_CAMERAS, LASER, WHEELS):
+                raise ValueError(
+                    f"cameras: the name {camera.name!r} stands for something else in faults; choose another"
+                )
         devices = [device.name for device in self.devices]
+        for piece in self.furniture:
+            if piece.name in devices:
+                raise ValueError(f"furniture: the name {piece.name!r} is a device's, too; names of things must differ")
         for area in self.sitting_areas:
             if area.watches is not None and area.watches not in devices:
                 raise ValueError(f"sitting_areas: {area.name} watches {area.watches!r}, which is none of {devices}")

@@ -96,3 +96,14 @@ def test_a_ray_along_a_wall_meets_what_is_at_its_end() -> None:
     world = load_world("real1").model_copy(update={"people": ()})
     scene = RayScene(world, 0.25)
     assert scene.distances(np.array([8.0, 1.4999]), np.array([math.pi]), [])[0] == pytest.approx(8.0)
+
+
+def test_a_wall_stays_when_furniture_of_its_name_is_taken_away() -> None:
+    world = load_world("box")
+    crate = world.furniture[1].model_copy(update={"name": "wall0"})
+    world = world.model_copy(update={"furniture": (*world.furniture[:1], crate, *world.furniture[2:])})
+    scene, origin = RayScene(world, 0.25), np.array([3.0, 0.0])
+    before = scene.distances(origin, np.array([0.0, -0.5 * math.pi]), [])
+    scene.take_away("wall0")
+    ahead, right = scene.distances(origin, np.array([0.0, -0.5 * math.pi]), [])
+    assert right == before[1] and ahead > before[0] + 1.0

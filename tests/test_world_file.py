@@ -133,6 +133,18 @@ def test_two_cameras_of_one_name_are_refused(document: dict[str, Any]) -> None:
     assert "'camera1' is given twice" in fault(document)
 
 
+@pytest.mark.parametrize("name", ["all", "laser", "wheels"])
+def test_a_camera_cannot_have_a_name_that_means_something_else(document: dict[str, Any], name: str) -> None:
+    document["cameras"][0]["name"] = name
+    assert f"the name {name!r} stands for something else" in fault(document)
+
+
+def test_furniture_cannot_have_a_devices_name(document: dict[str, Any]) -> None:
+    document["furniture"] = [{"name": "tv", "position": [3.0, 0.0], "size": [0.5, 0.5, 0.5]}]
+    document["devices"] = [{"name": "tv", "position": [3.0, 1.0], "facing": 0.0}]
+    assert "the name 'tv' is a device's, too" in fault(document)
+
+
 def test_a_seat_that_watches_no_known_device_is_refused(document: dict[str, Any]) -> None:
     document["sitting_areas"][0]["watches"] = "radio"
     assert "'radio'" in fault(document)

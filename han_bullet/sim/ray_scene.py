@@ -32,7 +32,7 @@ class RayScene:
 
     def take_away(self, name: str) -> None:
         """Let rays pass where a piece of furniture was."""
-        self._boxes = [box for box in self._boxes if box.name != name]
+        self._boxes = [box for box in self._boxes if box.kind == "wall" or box.name != name]
         self._rectangles = np.array([_rectangle(box) for box in self._boxes]).reshape(-1, 6)
 
     def distances(self, origin: Array, angles: Array, people: Sequence[BodyPose]) -> Array:
