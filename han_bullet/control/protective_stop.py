@@ -122,7 +122,7 @@ class ProtectiveStop:
 
     def _surroundings(self, command: Twist2D, twist: Twist2D, time: float) -> _Points:
         """Return the points that the robot could come near to before it stands."""
-        age = time - (self._seen_at or time)
+        age = 0.0 if self._seen_at is None else time - self._seen_at
         pose, velocities = self._pose_in_odom, self._velocities_in_odom
         points = pose.to_body(self._points_in_odom + age * velocities)
         duration, going = self._duration(command, twist), np.hypot(*velocities.T)
