@@ -147,17 +147,21 @@ class ProtectiveStop:
         if not len(points.in_body):
             return command
         duration = self._duration(command, twist)
-        braking, _ = self._approaches(Twist2D(), twist, points, duration)
+        braking: Array | None = None  # how near they come if it brakes at once; mostly nobody asks
 
         def offended(candidate: Twist2D) -> _Offended | None:
             """Return the point that a candidate comes nearest to of those it must not."""
+            nonlocal braking
             distances, directions = self._approaches(candidate, twist, points, duration)
             gaps = distances - self.radius
             margins = points.margins
             if candidate.speed <= CREEP + 1e-9:
                 towards = directions @ np.array([candidate.vx, candidate.vy])
                 margins = np.where(towards <= SIDEWAYS * candidate.speed, points.narrow_margins, margins)
-            unsafe = (gaps < margins) & (distances < braking - NO_WORSE)
+            unsafe = gaps < margins
+            if unsafe.any():
+                braking = self._approaches(Twist2D(), twist, points, duration)[0] if braking is None else braking
+                unsafe &= distances < braking - NO_WORSE
             nearest = int(np.where(unsafe, gaps, np.inf).argmin())
             return _Offended(directions[nearest], bool(points.velocities[nearest].any())) if unsafe.any() else None
 
