@@ -105,6 +105,29 @@ def rotation(angle: float) -> Array:
     return np.array([[c, -s], [s, c]])
 
 
+def moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
+    """Return where a body frame ends that keeps a twist for a duration [s]: the exponential map of SE(2).
+
+    The way is an arc; its chord points half the turn to the side and is shorter by sin(turn / 2) / (turn / 2).
+    """
+    turn = twist.omega * duration
+    scale = duration * _chord_to_arc(turn)
+    x, y = rotated(scale * twist.vx, scale * twist.vy, pose.yaw + 0.5 * turn)
+    return Pose2D(pose.x + x, pose.y + y, wrap_angle(pose.yaw + turn))
+
+
+def twist_between(before: Pose2D, after: Pose2D, duration: float) -> Twist2D:
+    """Return the twist that, kept for a duration [s], moves one pose to the other: the inverse of `moved`."""
+    turn = wrap_angle(after.yaw - before.yaw)
+    scale = duration * _chord_to_arc(turn)
+    vx, vy = rotated(after.x - before.x, after.y - before.y, -(before.yaw + 0.5 * turn))
+    return Twist2D(vx / scale, vy / scale, turn / duration)
+
+
+def _chord_to_arc(turn: float) -> float:
+    return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-9 else 1.0
+
+
 def arc_lengths(polyline: Array) -> Array:
     """Return how far along a polyline, (n, 2) [m], each of its points lies, shape (n,) [m]."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(polyline, axis=0).T))])

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from han_bullet.geometry import Array, Pose2D, Twist2D, wrap_angle
-from han_bullet.sim.odometry import WheelOdometry, moved, twist_between
+from han_bullet.geometry import Array, Pose2D, Twist2D, moved, twist_between, wrap_angle
+from han_bullet.sim.odometry import WheelOdometry
 from han_bullet.sim.robot_model import MecanumWheels
 from han_bullet.sim.simulator import Simulator
 from han_bullet.world_file import load_world

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from han_bullet.control.legs import LegMotion
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array, Pose2D, Twist2D, rotation
+from han_bullet.geometry import Array, Pose2D, Twist2D, moved, rotation
 from han_bullet.messages import LaserScan
 from han_bullet.world_schema import CONTROL_PERIOD
 
@@ -112,11 +112,11 @@ class ProtectiveStop:
 
     def _move_on(self, twist: Twist2D, time: float) -> None:
         """Move the robot on by its odometry."""
-        self._pose_in_odom = _moved(self._pose_in_odom, twist, time - self._moved_at)
+        self._pose_in_odom = moved(self._pose_in_odom, twist, time - self._moved_at)
         self._moved_at = time
 
     def _take_in(self, scan: LaserScan, twist: Twist2D, time: float) -> None:
-        then = _moved(self._pose_in_odom, twist, scan.time - time)
+        then = moved(self._pose_in_odom, twist, scan.time - time)
         self._is_leg, self._velocities_in_odom = self._legs.update(scan, then)
         self._points_in_odom, self._seen_at = then.to_world(scan.points_in_body), scan.time
 
@@ -210,12 +210,6 @@ class _Points:
     velocities: Array
     margins: Array
     narrow_margins: Array
-
-
-def _moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
-    """Return a pose after a time [s], which may be negative, at a constant twist."""
-    x, y = pose.position + duration * twist.linear_in_world(pose.yaw + 0.5 * duration * twist.omega)
-    return Pose2D(float(x), float(y), pose.yaw + duration * twist.omega)
 
 
 @dataclass(frozen=True)

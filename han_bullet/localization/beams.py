@@ -29,7 +29,7 @@ class Beams:
     def of_scan(cls, scan: LaserScan, scanner_in_body: Pose2D) -> Beams:
         """Take the rays that measured something, or measured that nothing is there."""
         ranges = np.asarray(scan.ranges, float)
-        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+        angles = scan.angles
         valid = ranges >= scan.range_min  # NaN is none
         returned = ranges[valid] <= scan.range_max
         reach = np.minimum(ranges[valid], scan.range_max)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from han_bullet.geometry import Pose2D, Twist2D, rotated, wrap_angle
+from han_bullet.geometry import Pose2D, Twist2D, moved, twist_between
 from han_bullet.messages import Odometry
 from han_bullet.sim.robot_model import MecanumWheels
 from han_bullet.world_schema import CONTROL_PERIOD, Slip
@@ -61,26 +61,3 @@ class WheelOdometry:
         drift = deviation * float(self._rng.standard_normal()) / CONTROL_PERIOD
         forward, sideways, turn = ((1.0 + times * error) for error in self._errors)
         return Twist2D(twist.vx * forward, twist.vy * sideways, twist.omega * turn + drift)
-
-
-def moved(pose: Pose2D, twist: Twist2D, duration: float) -> Pose2D:
-    """Return where a body frame ends that keeps a twist for a duration [s]: the exponential map of SE(2).
-
-    The way is an arc; its chord points half the turn to the side and is shorter by sin(turn / 2) / (turn / 2).
-    """
-    turn = twist.omega * duration
-    scale = duration * _chord_to_arc(turn)
-    x, y = rotated(scale * twist.vx, scale * twist.vy, pose.yaw + 0.5 * turn)
-    return Pose2D(pose.x + x, pose.y + y, wrap_angle(pose.yaw + turn))
-
-
-def twist_between(before: Pose2D, after: Pose2D, duration: float) -> Twist2D:
-    """Return the twist that, kept for a duration [s], moves one pose to the other: the inverse of `moved`."""
-    turn = wrap_angle(after.yaw - before.yaw)
-    scale = duration * _chord_to_arc(turn)
-    vx, vy = rotated(after.x - before.x, after.y - before.y, -(before.yaw + 0.5 * turn))
-    return Twist2D(vx / scale, vy / scale, turn / duration)
-
-
-def _chord_to_arc(turn: float) -> float:
-    return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-9 else 1.0

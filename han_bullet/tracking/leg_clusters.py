@@ -52,7 +52,7 @@ def find_legs(
         obstacles: Walls and furniture of the map.
         reach: Legs farther from the scanner are not looked for [m].
     """
-    angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    angles = scan.angles
     rays = np.column_stack([np.cos(angles), np.sin(angles)])
     seen = (scan.ranges > scan.range_min) & (scan.ranges <= reach)
     ends = np.where(seen, scan.ranges, 0.0)[:, None] * rays

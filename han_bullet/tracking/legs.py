@@ -83,7 +83,7 @@ class LaserLegs(LegFinder):
             return False
         x, y = place - scanner.position
         bearing, half = wrap_angle(math.atan2(y, x) - scanner.yaw), math.asin(radius / distance)
-        angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+        angles = scan.angles
         if bearing - half < angles[0] or bearing + half > angles[-1]:
             return False
         return bool((scan.ranges[np.abs(angles - bearing) <= half] > distance + radius).all())
