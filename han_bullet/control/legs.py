@@ -1,7 +1,8 @@
 """Legs in a scan, and how fast they go: small things that stand before their surroundings, in pairs or alone.
 
-The tracker looks for legs of its own (`tracking/leg_clusters.py`), to place people whom cameras know: only where the map
-has nothing, and no wider than legs are. Braking must depend on neither map nor tracks, and rather takes a post for a leg.
+The tracker looks for legs of its own (`tracking/leg_clusters.py`), to place people whom cameras know: only where the
+map has nothing, and no wider than legs are. Braking must depend on neither map nor tracks, and rather takes a post for
+a leg.
 """
 
 from __future__ import annotations
