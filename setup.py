@@ -5,6 +5,7 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 MQTT = ["paho-mqtt>=2,<3"]
+ROS = ["rosbags>=0.10,<0.12", "mcap>=1.2,<2"]
 SWEEP = ["distributed>=2024.8", "pyarrow>=16"]
 
 setup(
@@ -50,9 +51,11 @@ setup(
             "stonesoup>=1.9",
             *SWEEP,
             *MQTT,
+            *ROS,
         ],
         "sweep": SWEEP,
         "mqtt": MQTT,
+        "ros": ROS,
         "bench": ["pyastar2d>=1.1", "scikit-image>=0.22", "stonesoup>=1.9"],
     },
     entry_points={"console_scripts": ["han-bullet=han_bullet.cli:main"]},
