@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,6 +33,7 @@ MORE_DEFINITIONS = {
     ),
     "nav_msgs/msg/GetPlanResponse": "nav_msgs/Path plan\n",
 }
+WORTH_A_PIECE = 4096  # bytes; every type with a `data` of bytes has it last
 _NOT_WHOLE: dict[str, Any] = {"bool": False, "float32": 0.0, "float64": 0.0, "string": ""}  # of the basic types
 
 
@@ -87,6 +89,16 @@ def serialize(message: Any) -> memoryview:
     """Return a message as the bytes that ROS 1 sends."""
     raw: memoryview = _typestore().serialize_ros1(message, message.__msgtype__)
     return raw
+
+
+def serialized_parts(message: Any) -> list[memoryview]:
+    """Return the same bytes in pieces: a message whose last field is long `data` of bytes is not copied for it."""
+    data = getattr(message, "data", None)
+    if not isinstance(data, np.ndarray) or data.itemsize > 1 or data.nbytes < WORTH_A_PIECE:
+        return [serialize(message)]
+    before = bytearray(serialize(dataclasses.replace(message, data=data[:0])))
+    before[-4:] = data.nbytes.to_bytes(4, "little")  # the length of a sequence stands before it
+    return [memoryview(before), np.ascontiguousarray(data).view(np.uint8).data]
 
 
 def deserialize(name: str, raw: bytes | memoryview) -> Any:
