@@ -33,6 +33,7 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.BLOCKED: (196, 40, 60),
     Status.PROTECTIVE_STOP: (196, 40, 60),
     Status.BLIND: (196, 40, 60),
+    Status.TELEOPERATED: (124, 70, 190),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
 FIELD_WIDTH = 168  # [px] of a figure in the title bar
