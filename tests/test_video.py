@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ticks import CAMERA, found, frame, make_world, on_floor, person, tick, track
 
+from han_bullet.assembly import task_of
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.episode import Tick
@@ -96,7 +97,7 @@ def test_goal_path_and_track_are_drawn_where_they_are():
     world = with_camera()
     way = Way(np.array([[2.0, 1.0], [10.0, 1.0]]), cost=8.0)
     picture = VideoRecorder(Path("unused.mp4"), world).draw(
-        tick(0, robot=(2.0, 1.0, 0.0), tracks=[track(0, 6.0, -0.5)], path=way)
+        tick(0, robot=(2.0, 1.0, 0.0), tracks=[track(0, 6.0, -0.5)], path=way, scene=Scene(0.0, task=task_of(world)))
     )
     for point, colour in (((18.0, 0.0), GOAL), ((9.0, 1.0), PATH), ((6.0, -0.5), TRACK)):
         column, row = place_of(world, point).astype(int)

@@ -84,6 +84,8 @@ class WayReport:
     def _plan(self, costmap: Costmap) -> Array | None:
         """Return the best way, as a planner finds it that is on none yet."""
         decision, start = self._tick.decision, self._tick.decision.estimate.pose_robot_in_world.position
+        if self._goal is None:
+            return None
         planner = Planner(weight=self._weight)
         path = planner.update(costmap, start, self._goal.position, decision.time, True, decision.people)
         return None if path is None else path.points_in_world
