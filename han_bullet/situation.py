@@ -88,16 +88,17 @@ class Situation:
 
     def goal(self) -> Pose2D | None:
         """Return where the robot has to be for its task, as of the last update; None where it has none."""
-        if self._task is None:
-            return None
-        if isinstance(self._task, GoTo):
-            return self._task.pose_in_world
-        return _hand_over_pose(self._task, self._pose_robot_in_world)
+        return None if self._task is None else goal_of(self._task, self._pose_robot_in_world)
 
     @property
     def goal_is_final(self) -> bool:
         """Tell whether reaching the goal completes the task, rather than giving a view of who is missing."""
         return not isinstance(self._task, HandOver) or self._task.person is not None
+
+
+def goal_of(task: Task, pose_robot_in_world: Pose2D) -> Pose2D:
+    """Return where a robot, now at a pose, has to be for a task."""
+    return task.pose_in_world if isinstance(task, GoTo) else _hand_over_pose(task, pose_robot_in_world)
 
 
 def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> HandOver:

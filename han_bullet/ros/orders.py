@@ -6,6 +6,8 @@ import functools
 import logging
 from collections.abc import Callable
 
+import numpy as np
+
 from han_bullet.checks import check_goal
 from han_bullet.device_channel import DeviceChannel
 from han_bullet.device_payload import write_payload
@@ -84,12 +86,8 @@ class RosOrders:
         self._stack.take(task)
 
     def _hand_over(self, incoming: Incoming, decision: Decision) -> None:
-        number = deserialize("std_msgs/Int32", incoming.raw).data
-        person = next((person for person in decision.people if person.id == number), None)
-        if person is None:
-            there = ", ".join(str(person.id) for person in decision.people) or "nobody"
-            raise BadInputError(f"nobody tracked now has the id {number}; there is {there}")
-        self._stack.take(HandOver(person.position_in_world, person=number))
+        person = int(deserialize("std_msgs/Int32", incoming.raw).data)
+        self._stack.take(HandOver(np.zeros(2), person=person))  # to them, wherever they are
 
     def _drive(self, incoming: Incoming, decision: Decision) -> None:
         self._stack.override(twist_in_body(deserialize("geometry_msgs/Twist", incoming.raw)))
