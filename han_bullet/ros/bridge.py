@@ -22,6 +22,7 @@ class RosBridge(Operator, Hook):
 
     def __init__(self, link: Link, *, stays: bool = False) -> None:
         self._link, self._stays = link, stays
+        link.set_param("/use_sim_time", True)  # others read it when they start, which they may do now
         self._orders = RosOrders(link)
         self._joined: dict[str, int] = {}
         self._leaves = False
@@ -31,7 +32,6 @@ class RosBridge(Operator, Hook):
         self._publications = Publications(world, [layer.name for layer in stack.layers])
         self._publications.watch_layers(stack)
         self._publications.watch_times(stack)
-        self._link.set_param("/use_sim_time", True)
         self._link.set_param(f"/{DESCRIPTION}", self._publications.robot_description)
         for topic in self._publications.topics:
             self._link.advertise(topic.name, topic.type, latched=topic.latched, size=topic.queue_size)
