@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -375,3 +376,24 @@ def test_the_metrics_of_the_worlds_task_have_no_value_once_an_order_was_given() 
         values = {metric.name: metric.value for metric in metrics.results()}
         assert (values["outcome"], values["success"]) == (outcome, success)
         assert values["path_length"] == 0.0
+
+
+@pytest.mark.scenario
+def test_the_documentations_operator_sends_the_robot_there_and_back(tmp_path: Path) -> None:
+    text = (Path(__file__).parent.parent / "docs/index.md").read_text()
+    names: dict[str, Any] = {"__name__": "documentation"}
+    exec(text.split("## Orders to a running robot")[1].split("```python\n")[1].split("```")[0], names)
+    world = brief("real2", tmp_path, people=[], task={"kind": "go_to", "pose": [5.0, 0.0, 0.0]}, expectations=[])
+    run_world(world, OPTIONS, tmp_path / "run", operator=names["ThereAndBack"]())
+    result = json.loads((tmp_path / "run/result.json").read_text())
+    assert result["outcome"] == "arrived" and [order["order"] for order in result["orders"]] == ["go_to"]
+    trace = np.loadtxt(tmp_path / "run/trace.csv", delimiter=",", skiprows=1, usecols=(1, 2))
+    assert trace[:, 0].max() == pytest.approx(5.0, abs=0.2)
+    assert trace[-1] == pytest.approx([2.0, 0.0], abs=0.2)
+
+
+def test_an_order_at_the_last_moment_is_known_to_a_last_decision() -> None:
+    operator = Script(1.0, (1.0, lambda stack: stack.cancel()))
+    episode(make_world(), operator)
+    assert operator.decisions[-1].time == pytest.approx(1.05)
+    assert operator.decisions[-1].orders == (Order("cancel"),)
