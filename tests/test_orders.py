@@ -67,6 +67,29 @@ def test_a_new_goal_is_planned_for_at_once() -> None:
     assert (before.orders, after.orders) == ((), (Order("go_to", BACK),))
 
 
+def test_a_new_goal_beside_the_old_one_is_planned_for_at_once_too() -> None:
+    operator = Script(2.2, (2.05, to(GoTo(Pose2D(18.0, 0.3, 0.0)))))
+    episode(make_world(), operator)
+    searched = [operator.at(time).path for time in (2.0, 2.05, 2.1, 2.15)]
+    assert [path is not None and path.expanded > 0 for path in searched] == [True, False, True, False]
+
+
+def test_another_yaw_at_the_same_place_is_turned_to() -> None:
+    world = make_world(task={"kind": "go_to", "pose": [3.0, 0.0, 0.0]})
+    operator = Script(10.0, (6.0, to(GoTo(Pose2D(3.0, 0.0, 1.5)))))
+    end = episode(world, operator).pose_robot_in_world
+    assert operator.at(6.0).status is Status.ARRIVED and operator.at(6.05).status is Status.MOVING
+    assert end.yaw == pytest.approx(1.5, abs=0.2) and operator.decisions[-1].status is Status.ARRIVED
+
+
+def test_a_cancelled_robot_that_somebody_drives_brakes_at_once() -> None:
+    operator = Script(4.0, *driven(0.0, 3.0, Twist2D(0.8, 0.0, 0.0)), (3.0, lambda stack: stack.cancel()))
+    episode(make_world(), operator)
+    assert operator.at(3.0).command.speed == pytest.approx(0.8)
+    assert operator.at(3.05).command.speed == pytest.approx(0.75)
+    assert (operator.at(3.05).status, operator.at(4.0).command.speed) == (Status.IDLE, 0.0)
+
+
 def test_a_cancelled_robot_stops_within_its_braking_distance_and_stays_there() -> None:
     world = make_world()
     operator = Script(12.0, (3.0, lambda stack: stack.cancel()))
@@ -271,7 +294,8 @@ def test_a_way_between_two_points_is_planned_on_the_present_costmap_and_the_robo
     episode(ROOM, undisturbed)
     assert found[0] is not None and found[1] is None  # the second ends inside the table
     assert np.abs(found[0].points_in_world[[0, -1]] - [[2.0, -1.0], [8.0, 1.0]]).max() <= 0.05
-    assert [d.command for d in operator.decisions] == [d.command for d in undisturbed.decisions]
+    ways = [[(d.path.cost, d.path.expanded) for d in o.decisions if d.path] for o in (operator, undisturbed)]
+    assert ways[0] == ways[1] and len(ways[0]) == 61
 
 
 def test_obstacles_that_are_cleared_are_forgotten_until_they_are_seen_again() -> None:
