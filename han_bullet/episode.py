@@ -48,7 +48,10 @@ class Operator(ABC):
         """Take note of a decision and give orders, if there are any, for the next one."""
 
     def is_over(self, decision: Decision, duration: float) -> bool:
-        """Tell whether the episode is over; who stays on, past the task's end or the time [s], says no."""
+        """Tell whether the episode is over; who stays on, past the task's end or the time [s], says no.
+
+        With an order just given it goes on in any case: the next decision is the first to know of it.
+        """
         return decision.ends_task or decision.time >= duration
 
 
@@ -85,7 +88,7 @@ def run_episode(
             for hook in hooks:
                 hook.record(tick)
             operator.attend(decision)
-            if operator.is_over(decision, duration):
+            if operator.is_over(decision, duration) and not stack.has_orders:
                 return decision
             simulator.request_hand_over(decision.asks_for_hand_over)
             simulator.request_way(decision.asks_to_make_way)

@@ -143,6 +143,11 @@ class NavigationStack:
         self._ended: Recovering | None = None  # how the task came to its end, while there is no other
         self._orders: list[Order] = []
 
+    @property
+    def has_orders(self) -> bool:
+        """Tell whether it was told something that no decision knows of yet."""
+        return bool(self._orders)
+
     def take(self, task: GoTo | HandOver) -> None:
         """Take another task from the next step on; what belonged to the old one is forgotten, what was seen is not.
 

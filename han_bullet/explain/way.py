@@ -51,7 +51,8 @@ class WayReport:
             length_of(self._best),
             shift_between(taken, self._best),
             self._sides(self._best),
-            tuple(self._effect(layer) for layer in self._stack.layers),
+            () if self._goal is None else tuple(self._effect(layer) for layer in self._stack.layers),
+            self._goal is not None,
         )
 
     def _effect(self, layer: Layer) -> LayerEffect:
