@@ -7,7 +7,7 @@ from han_bullet.ros.occupancy import changed_window, grid_message, occupancy, up
 
 # costmap_2d's table, from its documentation and source: 0, 253, 254, 255, and 1 + 97 (cost - 1) / 251 in whole numbers.
 KNOWN = {0: 0, 1: 1, 10: 4, 50: 19, 77: 30, 100: 39, 128: 50, 200: 77, 252: 98, 253: 99, 254: 100, 255: -1}
-# Costs at which occupancy rises by one, from 2 on, worked out by exact fractions: the least cost with 97 (c - 1) >= 251 k.
+# Costs from which on occupancy is one more, by exact fractions: the least cost with 97 (cost - 1) >= 251 k.
 STEPS = [1 + -(-251 * k // 97) for k in range(1, 98)]
 
 
