@@ -52,7 +52,7 @@ class Definition:
     text: str
 
 
-def make(name: str, **fields: Any) -> Any:
+def make(name: str, /, **fields: Any) -> Any:
     """Return a message of a type, such as "nav_msgs/Odometry"; fields that are not given are zero or empty.
 
     Arrays of numbers are numpy arrays, shape (n,), of the field's own dtype.
