@@ -42,7 +42,7 @@ def missing() -> str | None:
     has_rospy = subprocess.run([PYTHON, "-sE", "-c", "import rospy"], capture_output=True).returncode == 0
     if PROGRAM and has_rospy:
         return None
-    return f"there is no {'rospy' if PROGRAM else 'rosmaster'} on this machine; .ci/install_ros gets it"
+    return f"there is no {'rospy' if PROGRAM else 'rosmaster'} on this machine; `make ros` gets it"
 
 
 class Master:

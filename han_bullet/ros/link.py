@@ -30,7 +30,7 @@ SHORT_LIFE = 1.0  # [s]: a node that ended sooner is not started again at once
 MOST_WAITING = 64  # messages of one topic from ROS that nobody has taken yet; older ones are dropped
 
 NODE = Path(wire.__file__).with_name("node.py")
-CURE = "`make ros` or `apt-get install python3-rospy ...` (docs/ros.md) brings it; only Debian and Ubuntu have it"
+CURE = "`make ros` installs it, or the packages in docs/ros.md; Debian 12 and Ubuntu 22.04 have them"
 PYTHON_SETTINGS = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"}
 
 _log = logging.getLogger(__name__)
