@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.localization.beams import Beams
-from han_bullet.localization.fit import BETTER, Fit, apart
+from han_bullet.localization.fit import BETTER, Fit, apart, differ
 from han_bullet.localization.likelihood_field import LikelihoodField
-from han_bullet.localization.scan_matching import ScanMatcher
+from han_bullet.localization.scan_matching import ScanMatcher, information_of
 
 ALTERNATIVES = 100  # poses that are tried beside the believed one
 SPREAD = np.array([0.7, 0.7, math.radians(20.0)])  # [m], [m], [rad]
 BEAMS, DEVIATION = 60, 0.15  # with which they are tried; [m]
 MATCHED = 4  # of these, different ones
-VICINITY = np.diag([0.3, 0.3, math.radians(6.0)]) ** 2  # in which each is matched
+VICINITY = information_of(np.diag([0.3, 0.3, math.radians(6.0)]) ** 2)  # in which each is matched
 TIME_CONSTANT = 0.4  # of the smoothing [s]
 LONGEST_STEP = 0.1  # that one scan counts for [s]: a single one after a gap must not decide
 SUSPECT = 0.5  # smoothed share of bad scans
@@ -48,15 +50,16 @@ class Health:
             return True
         if believed.log_likelihood > -BETTER:
             return False  # no pose could be clearly better, since no beam has a likelihood of more than 1
-        others = (Fit.of(other, beams, self._field) for other in self._alternatives(pose, beams))
+        others = (Fit.of(other, beams, self._field) for other in self._alternatives(pose, beams) if differ(other, pose))
         return any(other.clearly_better_than(believed) for other in others)
 
-    def _alternatives(self, pose: Pose2D, beams: Beams) -> list[Pose2D]:
+    def _alternatives(self, pose: Pose2D, beams: Beams) -> Iterator[Pose2D]:
         """Return the most likely of some poses around, each matched to the scan."""
         offsets = SPREAD * self._generator.normal(size=(ALTERNATIVES, 3))
         offsets[::2, 2] = 0.0  # who is pushed need not turn, and along a corridor only those who face right fit
         tried: Array = np.array([pose.x, pose.y, pose.yaw]) + offsets
         few = beams.some(BEAMS)
         logs, _, _ = self._field.likelihoods(tried, few, DEVIATION)
-        likely = [Pose2D(*tried[k].tolist()) for k in np.argsort(-logs)]
-        return [self._matcher.match(one, VICINITY, few)[0] for one in apart([pose, *likely], 1 + MATCHED)[1:]]
+        likely = (Pose2D(*tried[k].tolist()) for k in np.argsort(-logs))
+        different = apart(itertools.chain([pose], likely), 1 + MATCHED)[1:]
+        return (self._matcher.most_likely(one, VICINITY, few) for one in different)
