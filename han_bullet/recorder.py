@@ -64,7 +64,7 @@ class TableRecorder(Hook):
 
 def _line(row: Sequence[Cell]) -> str:
     """Write a row; one of floats alone, such as a scan, at once and not cell by cell."""
-    if all(type(cell) is float for cell in row):
+    if set(map(type, row)) == {float}:
         return _floats(len(row)) % tuple(row)
     return ",".join(map(_text, row)) + "\n"
 

@@ -230,9 +230,7 @@ class Simulator:
     def _image(self, shot: Shot, image: Image) -> CameraImage:
         camera = shot.camera
         fixed = isinstance(camera, CeilingCamera)
-        return CameraImage(
-            camera.name, shot.exposure.time, image, camera.intrinsics, self._mounts[camera.name], fixed
-        )
+        return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, self._mounts[camera.name], fixed)
 
 
 def _mount(camera: Camera) -> Array:
