@@ -5,6 +5,7 @@ All are frozen dataclasses in SI units. Names say the frame. Arrays have the sta
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -100,13 +101,13 @@ class LaserScan:
     range_max: float
     scanner_in_body: Pose2D
 
-    @property
+    @functools.cached_property
     def angles(self) -> Array:
         """Return the directions of the rays in the scanner's frame, shape (n,) [rad]."""
         angles: Array = self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
         return angles
 
-    @property
+    @functools.cached_property
     def points_in_body(self) -> Array:
         """Return where the rays that met something ended, shape (m, 2) [m]."""
         met = np.isfinite(self.ranges)
