@@ -33,6 +33,8 @@ OUTSIDE_LIFE = 3.0
 WIDEST_SPREAD = 1.5
 # Closer than this two people cannot walk [m].
 DUPLICATE_DISTANCE = 0.4
+# Closer than this along a seat two people cannot sit [m]: adults' shoulders are as broad.
+SITTER_WIDTH = 0.45
 # Who appears this near to somebody who is no longer where they were, is that somebody [m].
 STEP_ASIDE = 1.0
 # In view without a hit for so long is "no longer where they were" [s]: with one frame in ten missed, a chance of 1e-3.
@@ -208,9 +210,10 @@ class Track:
         """Tell whether an older track is the same person: close, as fast, and not apart in one image.
 
         Of a track that is not confirmed, an image of both is taken for a second box around the same person. Two on one
-        seat are one person, however far apart on it, unless one image showed both.
+        seat are one person, however far apart on it, unless one image showed both side by side: a camera that looks
+        along a seat places everybody on it who is in line with it and whose feet it does not see.
         """
-        if self._shares_seat_with(older) and not self._shares_image_with(older):
+        if self._shares_seat_with(older) and not (self._shares_image_with(older) and self._sits_beside(older)):
             return True
         if self._distance_to(older.state.position) >= DUPLICATE_DISTANCE:
             return False
@@ -242,6 +245,13 @@ class Track:
     def _shares_seat_with(self, other: Track) -> bool:
         seat = self.posture.stance.seat
         return seat is not None and seat is other.posture.stance.seat
+
+    def _sits_beside(self, other: Track) -> bool:
+        """Tell whether there is room on the seat for both."""
+        seat = self.posture.stance.seat
+        assert seat is not None, "asked of who sits"
+        along_seat = np.array([-math.sin(seat.facing), math.cos(seat.facing)])
+        return bool(abs(along_seat @ (self.state.position - other.state.position)) >= SITTER_WIDTH)
 
     def _shares_image_with(self, other: Track) -> bool:
         """Tell whether one image of the last seconds showed two people, this one and the other."""
