@@ -13,7 +13,7 @@ from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
-from han_bullet.tracking.own_image import rows_not_of_robot
+from han_bullet.tracking.own_image import robot_body, rows_not_of_robot
 from han_bullet.tracking.seats import in_sitting_area
 from han_bullet.world_schema import FloorArea
 
@@ -75,8 +75,8 @@ class FootPoints:
 class GroundProjection:
     """Find where detected people stand, and drop what cannot be a person's foot point.
 
-    Boxes whose feet are hidden by furniture, or too short for a whole person where the camera does not know the feet, are
-    placed by seat or head instead.
+    Boxes whose feet are hidden by furniture or by the robot, or too short for a whole person where the camera does not
+    know the feet, are placed by seat or head instead.
     Dropped: boxes too small or cut by the image's lower border (unless the feet are known), foot points above the
     horizon, the robot itself, boxes whose person would be a dwarf or a giant there, and places off the floor, in a
     solid box or behind a wall.
@@ -111,7 +111,7 @@ class GroundProjection:
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
         feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
         human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
-        places = self.places(frame, boxes, feet, human)
+        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
         places.valid[self.is_robot(places.positions, pose_robot_in_world)] = False
         kept = np.flatnonzero(places.valid)
         kept = kept[self._is_in_building(frame, places.positions[kept])]
@@ -127,10 +127,20 @@ class GroundProjection:
             places.per_height[kept],
         )
 
-    def places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
+    def places(
+        self,
+        frame: Frame,
+        boxes: Array,
+        feet: FootPoints,
+        human: NDArray[np.bool_],
+        pose_robot_in_world: Pose2D | None,
+    ) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        hidden = feet_hidden(frame, boxes, heads, self.obstacles, feet.known)
+        before = self.obstacles
+        if frame.fixed and pose_robot_in_world is not None:
+            before = (*before, robot_body(pose_robot_in_world, self.robot_radius))
+        hidden = feet_hidden(frame, boxes, heads, before, feet.known)
         human = human & ~(hidden & self._holds_legs_alone(feet))
         lost = human & (hidden | self._is_short(feet))
         places = Readings(feet.positions, feet.covariances, human & ~lost, np.zeros_like(feet.positions))

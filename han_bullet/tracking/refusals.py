@@ -40,7 +40,9 @@ class RefusalReasons:
                 f"a person at its foot point ({x:.2f}, {y:.2f}) would be {feet.heights[row]:.2f} m tall, "
                 f"not {low:g} to {high:g} m"
             )
-        places = self.projection.places(scan.frame, boxes, feet, np.ones(len(boxes), bool))
+        places = self.projection.places(
+            scan.frame, boxes, feet, np.ones(len(boxes), bool), scan.pose_robot_in_world
+        )
         if not places.valid[row]:
             return "its feet are hidden, and neither seat nor head tells where it is"
         return self._why_not_there(scan, places.positions[row])
