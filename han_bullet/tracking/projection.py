@@ -189,10 +189,13 @@ class GroundProjection:
 
     def has_human_height(self, feet: FootPoints) -> NDArray[np.bool_]:
         """Tell which foot points are of somebody as tall as people are, shape (n,)."""
-        lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
-        lowest = np.where(_knows(feet), LEGS_HEIGHT, lowest)
-        human: NDArray[np.bool_] = (feet.heights >= lowest) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
+        human: NDArray[np.bool_] = (feet.heights >= self.least_heights(feet)) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
         return human
+
+    def least_heights(self, feet: FootPoints) -> Array:
+        """Return how tall whoever stands or sits there must seem at least, shape (n,) [m]."""
+        lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
+        return np.where(_knows(feet), LEGS_HEIGHT, lowest)
 
     def _is_short(self, feet: FootPoints) -> NDArray[np.bool_]:
         """Tell which boxes are too short for a whole person who stands, unless their feet are known."""

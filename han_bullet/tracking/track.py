@@ -13,7 +13,7 @@ from han_bullet.messages import LegScan, Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import MAHALANOBIS_GATE
 from han_bullet.tracking.kalman import NO_SHIFT, ConstantVelocity, MotionState
 from han_bullet.tracking.posture import PostureEstimator
-from han_bullet.tracking.seats import in_sitting_area
+from han_bullet.tracking.seats import has_room_for, in_sitting_area
 
 HITS_TO_CONFIRM = 3
 # Time that the hits of a confirmation may span [s]: one frame in five may be missing at 10 Hz.
@@ -33,8 +33,6 @@ OUTSIDE_LIFE = 3.0
 WIDEST_SPREAD = 1.5
 # Closer than this two people cannot walk [m].
 DUPLICATE_DISTANCE = 0.4
-# Closer than this along a seat two people cannot sit [m]: adults' shoulders are as broad.
-SITTER_WIDTH = 0.45
 # Who appears this near to somebody who is no longer where they were, is that somebody [m].
 STEP_ASIDE = 1.0
 # In view without a hit for so long is "no longer where they were" [s]: with one frame in ten missed, a chance of 1e-3.
@@ -213,7 +211,10 @@ class Track:
         seat are one person, however far apart on it, unless one image showed both side by side: a camera that looks
         along a seat places everybody on it who is in line with it and whose feet it does not see.
         """
-        if self._shares_seat_with(older) and not (self._shares_image_with(older) and self._sits_beside(older)):
+        seat = self._shared_seat(older)
+        if seat is not None and not (
+            self._shares_image_with(older) and has_room_for(seat, self.state.position, older.state.position)
+        ):
             return True
         if self._distance_to(older.state.position) >= DUPLICATE_DISTANCE:
             return False
@@ -242,16 +243,9 @@ class Track:
         x, y = self.state.mean[:2].tolist()
         return math.hypot(x - position[0], y - position[1])
 
-    def _shares_seat_with(self, other: Track) -> bool:
+    def _shared_seat(self, other: Track) -> Seat | None:
         seat = self.posture.stance.seat
-        return seat is not None and seat is other.posture.stance.seat
-
-    def _sits_beside(self, other: Track) -> bool:
-        """Tell whether there is room on the seat for both."""
-        seat = self.posture.stance.seat
-        assert seat is not None, "asked of who sits"
-        along_seat = np.array([-math.sin(seat.facing), math.cos(seat.facing)])
-        return bool(abs(along_seat @ (self.state.position - other.state.position)) >= SITTER_WIDTH)
+        return seat if seat is other.posture.stance.seat else None
 
     def _shares_image_with(self, other: Track) -> bool:
         """Tell whether one image of the last seconds showed two people, this one and the other."""
