@@ -447,7 +447,8 @@ class Scene:
         seats: Sitting areas of the map.
         task: What the robot is doing.
         pose_robot_in_world: Where it is; None where it is not known.
-        laser: The scan taken at that pose, or None.
+        laser: The scan that has come, or None.
+        pose_robot_at_scan: Where the robot was in the world when it was taken; None without a scan.
     """
 
     time: float
@@ -457,6 +458,7 @@ class Scene:
     task: Task | None = None
     pose_robot_in_world: Pose2D | None = None
     laser: LaserScan | None = None
+    pose_robot_at_scan: Pose2D | None = None
 
 
 @dataclass(frozen=True)
