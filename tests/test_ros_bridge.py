@@ -4,74 +4,21 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 import ros_master as ros
 from mosquitto import until
+from ros_robot import Robot, robot_on_ros, run_command, stamped
 
-from han_bullet.ros.topics import COSTMAP, COSTMAP_UPDATES, CURRENT_GOAL, ROBOT_POSE
+from han_bullet.ros.topics import COSTMAP, COSTMAP_UPDATES
 
 pytestmark = pytest.mark.ros
 SETTLED = 2.0  # [s] of the clock on the wall: in which orders are carried out, or not
-
-
-@dataclass
-class Robot:
-    """A robot that stays on in real2's corridor, with true perception so that its people are certain; and a client."""
-
-    process: subprocess.Popen[bytes]
-    client: ros.Client
-    folder: Path
-
-    def message(self, topic: str, kind: str) -> dict[str, Any]:
-        return self.client.wait_for_message(topic, kind)
-
-    @property
-    def position(self) -> tuple[float, float]:
-        at = self.message(ROBOT_POSE, "geometry_msgs/PoseWithCovarianceStamped")["pose"]["pose"]["position"]
-        return at["x"], at["y"]
-
-    @property
-    def odometry(self) -> tuple[float, float]:
-        at = self.message("/odom", "nav_msgs/Odometry")["pose"]["pose"]["position"]
-        return at["x"], at["y"]
-
-    @property
-    def goal(self) -> tuple[float, float]:
-        at = self.message(CURRENT_GOAL, "geometry_msgs/PoseStamped")["pose"]["position"]
-        return at["x"], at["y"]
-
-    @property
-    def speed(self) -> float:
-        twist = self.message("/odom", "nav_msgs/Odometry")["twist"]["twist"]["linear"]
-        return math.hypot(twist["x"], twist["y"])
-
-    def send(self, topic: str, kind: str, message: dict[str, Any]) -> None:
-        self.client.publish(topic, kind, message)
-
-    def go_to(self, x: float, y: float, **more: Any) -> None:
-        self.send("/move_base_simple/goal", "geometry_msgs/PoseStamped", stamped(x, y, **more))
-
-    def cancel(self) -> None:
-        self.send("/move_base/cancel", "actionlib_msgs/GoalID", {})
-
-
-def stamped(x: float, y: float, frame: str = "map", w: float = 1.0) -> dict[str, Any]:
-    pose = {"position": {"x": x, "y": y}, "orientation": {"w": w}}
-    return {"header": {"frame_id": frame}, "pose": pose}
-
-
-def run_command(folder: Path, *more: str) -> list[str]:
-    options = ["--perception", "truth", "--no-video", "--out", str(folder)]
-    return [sys.executable, "-m", "han_bullet.cli", "run", "real2", *options, *more]
 
 
 @pytest.fixture(scope="module")
@@ -80,22 +27,9 @@ def robot(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReque
     if missing := ros.missing():
         (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
     folder = tmp_path_factory.mktemp("robot")
-    with ros.running(tmp_path_factory.mktemp("ros")) as master:
-        environment = {**os.environ, **master.variables}
-        environment.pop("ROS_HOSTNAME", None)
-        with (folder / "log").open("wb") as log:
-            command = run_command(folder, "--ros", "--stay")
-            process = subprocess.Popen(command, env=environment, stdout=log, stderr=subprocess.STDOUT)
-        try:
-            with ros.ros_client(master) as client:
-                robot = Robot(process, client, folder)
-                robot.cancel()
-                client.subscribe("/rosout", "rosgraph_msgs/Log")
-                until(lambda: robot.speed < 0.01, ros.PATIENCE)
-                yield robot
-        finally:
-            process.kill()
-            process.wait()
+    with ros.running(tmp_path_factory.mktemp("ros")) as master, robot_on_ros(master, folder) as robot:
+        robot.client.subscribe("/rosout", "rosgraph_msgs/Log")
+        yield robot
 
 
 def test_the_tree_of_frames_leads_from_the_map_to_the_wheels_and_cameras(robot: Robot) -> None:
