@@ -25,7 +25,17 @@ from han_bullet.messages import (
     Truth,
 )
 from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, LEGS_HEADER, ray_columns
-from han_bullet.run_folder import Doing, ResultFile, Table, is_run, read_doings, read_result, read_table, steps_of
+from han_bullet.run_folder import (
+    Doing,
+    OrderEntry,
+    ResultFile,
+    Table,
+    is_run,
+    read_doings,
+    read_result,
+    read_table,
+    steps_of,
+)
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
@@ -111,6 +121,10 @@ class RecordedRun:
         if not 0.0 <= time <= end + CONTROL_PERIOD:
             raise BadInputError(f"time is {time:g} s; the run {str(self.folder)!r} lasts from 0 to {end:g} s")
         return min(int(time / CONTROL_PERIOD + 1e-6), len(self.truths) - 1)
+
+    def orders_at(self, number: int) -> list[OrderEntry]:
+        """Return the orders that the decision of a tick was the first to know of."""
+        return [order for order in self.result.orders if round(order.time / CONTROL_PERIOD) == number]
 
     def doing_at(self, time: float) -> tuple[Status, RecoveryStep | None] | None:
         """Return what the robot was up to at a time [s], and what it tried if it could not go on; None: not written."""

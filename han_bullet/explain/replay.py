@@ -24,6 +24,8 @@ from han_bullet.messages import (
     Detections,
     Frame,
     FrameDetections,
+    GoTo,
+    HandOver,
     LaserScan,
     LegScan,
     Observation,
@@ -35,6 +37,7 @@ from han_bullet.messages import (
     TrackedPerson,
     Truth,
 )
+from han_bullet.run_folder import OrderEntry
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.tracker import PeopleTracker
@@ -171,6 +174,8 @@ def replay(run: RecordedRun, time: float) -> Replay:
     looks: dict[str, Look] = {}
     differences = []
     for number in range(last + 1):
+        for order in run.orders_at(number):
+            _give(stack, order)
         observation = _observation(run, number)
         decision = stack.step(observation)
         looks |= _looks(run, decision)
@@ -215,6 +220,20 @@ def _stack(run: RecordedRun) -> NavigationStack:
     )
     stack.recovery = RecordedRecovery(run, [layer for layer in stack.layers if isinstance(layer, Clearable)])
     return stack
+
+
+def _give(stack: NavigationStack, order: OrderEntry) -> None:
+    """Give the stack an order again; a hand-over to somebody by the place where they were, as tracks may differ."""
+    if order.pose is not None:
+        stack.take(GoTo(Pose2D(*order.pose)))
+    elif order.place is not None and order.distance is not None:
+        stack.take(HandOver(np.array(order.place), order.distance))
+    elif order.order == "cancel":
+        stack.cancel()
+    elif order.order == "clear_obstacles":
+        stack.clear_obstacles()
+    elif order.order == "drive":
+        stack.override(Twist2D(), hold=0.0)
 
 
 def _observation(run: RecordedRun, number: int) -> Observation:
