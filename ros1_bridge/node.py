@@ -27,6 +27,7 @@ COUNTED_EVERY = 0.1  # [s]: how soon the core knows that somebody listens, or no
 ANSWER_WITHIN = 5.0  # [s] for the core to answer a service's request
 SENT_WITHIN = 0.5  # [s]: for what waits for a subscriber when the core closes the socket
 ENDS_WITHIN = 1.5  # [s]: after that it waits for a master or a subscriber that is mute
+OF_ROSOUT = "/rosout_disable_topics_generation"  # a parameter that rospy asks for with the first line of its log
 LARGEST_IMAGE = 16 * 1024 * 1024  # bytes: with a queue of 1, "the newest" needs room for a whole message
 
 
@@ -85,6 +86,8 @@ class Node:
             self._done.set()
             self._wait_until_sent()
         _exit_in(ENDS_WITHIN)
+        with contextlib.suppress(Exception):  # rospy leaves it with the master, which then keeps the name
+            rosgraph.Master(self._name).unsubscribeParam(rospy.get_node_uri(), OF_ROSOUT)
         rospy.signal_shutdown("the core has ended")
 
     def _carry_out(self, operation, head, content):

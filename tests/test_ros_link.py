@@ -142,6 +142,8 @@ def test_the_log_is_heard_in_rosout(ros_master: Master, link: Link) -> None:
     with ros_client(ros_master) as client:
         client.subscribe("/rosout", "rosgraph_msgs/Log")
         until(lambda: link.log("warn", "the way is blocked") or said(client, "the way is blocked", level=4))
+        link.close()
+        assert client.node("/han_bullet") is None
 
 
 def said(client: Client, text: str, level: int) -> bool:
