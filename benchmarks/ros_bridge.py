@@ -168,12 +168,12 @@ def after_return(port: int, rounds: int) -> list[float]:
     proxy, times = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"]), []
 
     def known() -> bool:
-        topics = [topic for topic, _ in proxy.getPublishedTopics("/benchmark", "")[2]]  # type: ignore[index,misc,union-attr,call-overload]
+        topics = [topic for topic, _ in proxy.getPublishedTopics("/benchmark", "")[2]]
         return {"/image", "/grid"} <= set(topics)
 
     with contextlib.ExitStack() as stack:
         with master(port):
-            link = stack.enter_context(opened())
+            stack.enter_context(opened())
             until(known)
         for _ in range(rounds):
             time.sleep(1.0)
@@ -181,7 +181,6 @@ def after_return(port: int, rounds: int) -> list[float]:
                 start = time.time()
                 until(known)
                 times.append(time.time() - start)
-        del link
     return times
 
 
