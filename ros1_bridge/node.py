@@ -26,8 +26,16 @@ from master_watch import MasterWatch
 COUNTED_EVERY = 0.1  # [s]: how soon the core knows that somebody listens, or nobody any more
 ANSWER_WITHIN = 5.0  # [s] for the core to answer a service's request
 SENT_WITHIN = 0.5  # [s]: for what waits for a subscriber when the core closes the socket
-ENDS_WITHIN = 2.0  # [s]: after that it is in a call that does not return, of a master that is gone or mute
+ENDS_WITHIN = 1.5  # [s]: after that it waits for a master or a subscriber that is mute
+OF_ROSOUT = "/rosout_disable_topics_generation"  # a parameter that rospy asks for with the first line of its log
 LARGEST_IMAGE = 16 * 1024 * 1024  # bytes: with a queue of 1, "the newest" needs room for a whole message
+
+
+def _exit_in(seconds):
+    """End the process after so many seconds [s] even where threads of rospy's still send to who does not read."""
+    timer = threading.Timer(seconds, os._exit, (0,))
+    timer.daemon = True
+    timer.start()
 
 
 def raw_type(name, md5, text=""):
@@ -77,6 +85,9 @@ class Node:
         if not self._done.is_set():
             self._done.set()
             self._wait_until_sent()
+        _exit_in(ENDS_WITHIN)
+        with contextlib.suppress(Exception):  # rospy leaves it with the master, which then keeps the name
+            rosgraph.Master(self._name).unsubscribeParam(rospy.get_node_uri(), OF_ROSOUT)
         rospy.signal_shutdown("the core has ended")
 
     def _carry_out(self, operation, head, content):
@@ -92,8 +103,7 @@ class Node:
         poll = select.poll()
         poll.register(self._sock, 0)  # the hang-up alone
         poll.poll()
-        time.sleep(ENDS_WITHIN)
-        os._exit(1)
+        _exit_in(ENDS_WITHIN + SENT_WITHIN)
 
     def _wait_until_sent(self):
         """Give the connections' own threads a little time for what their queues hold."""
@@ -239,8 +249,6 @@ def main():
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # until here the core has kept what was said
     with socket.socket(fileno=options.socket) as sock:
         Node(sock, rospy.get_name()).run()
-    logging.shutdown()
-    os._exit(0)  # without waiting for threads of rospy's that still send to who does not read
 
 
 if __name__ == "__main__":

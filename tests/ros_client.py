@@ -56,10 +56,10 @@ class Client:
         if topic not in self._publishers:
             self._publishers[topic] = rospy.Publisher(topic, class_of(kind), queue_size=100)
 
-    def publish(self, topic: str, kind: str, message: Any, to: int, timeout: float) -> None:
+    def publish(self, topic: str, kind: str, message: Any, timeout: float) -> None:
         self.advertise(topic, kind)
         deadline = time.monotonic() + timeout
-        while self._publishers[topic].get_num_connections() < to:
+        while self._publishers[topic].get_num_connections() == 0:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"nobody listens to {topic}")
             time.sleep(0.01)

@@ -30,7 +30,7 @@ from ros_client import read_json, write_json
 from han_bullet.ros.master import is_there
 
 PYTHON = "/usr/bin/python3"
-PROGRAM = shutil.which("rosmaster", path="/usr/bin")
+PROGRAMS = ("rosmaster", "roslaunch", "rosrun")
 CLIENT = Path(__file__).with_name("ros_client.py")
 DIES_WITH_US = ("setpriv", "--pdeathsig", "KILL")  # also where the tests are killed
 PATIENCE = 30.0  # [s]
@@ -39,10 +39,10 @@ PATIENCE = 30.0  # [s]
 @functools.cache
 def missing() -> str | None:
     """What keeps this machine from having the tests of ROS, and the cure."""
-    has_rospy = subprocess.run([PYTHON, "-sE", "-c", "import rospy"], capture_output=True).returncode == 0
-    if PROGRAM and has_rospy:
-        return None
-    return f"there is no {'rospy' if PROGRAM else 'rosmaster'} on this machine; `make ros` gets it"
+    absent = [program for program in PROGRAMS if shutil.which(program, path="/usr/bin") is None]
+    if subprocess.run([PYTHON, "-sE", "-c", "import rospy"], capture_output=True).returncode:
+        absent.append("rospy")
+    return f"there is no {absent[0]} on this machine; `make ros` gets it" if absent else None
 
 
 class Master:
@@ -73,10 +73,10 @@ class Master:
         return {key: value for key, value in os.environ.items() if key not in ours} | self.variables
 
     def start(self) -> None:
-        assert PROGRAM is not None and self._process is None
+        assert self._process is None
         with (self._folder / "rosmaster.txt").open("ab") as log:
             self._process = subprocess.Popen(
-                [*DIES_WITH_US, PROGRAM, "--core", "-p", str(self.port)],
+                [*DIES_WITH_US, "/usr/bin/rosmaster", "--core", "-p", str(self.port)],
                 stdout=log,
                 stderr=log,
                 env=self.environment(),
@@ -90,6 +90,15 @@ class Master:
             self._process.kill()
             self._process.wait()
             self._process = None
+
+    def freeze(self) -> None:
+        """Make it mute: it takes connections and answers nothing."""
+        assert self._process is not None
+        self._process.send_signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        assert self._process is not None
+        self._process.send_signal(signal.SIGCONT)
 
     def _answers(self) -> bool:
         assert self._process is not None
@@ -141,9 +150,9 @@ class Client:
         """Announce a topic without sending anything yet."""
         self._ask("advertise", topic=topic, kind=kind)
 
-    def publish(self, topic: str, kind: str, message: dict[str, Any], *, to: int = 1) -> None:
-        """Send a message in a topic as soon as so many nodes listen."""
-        self._ask("publish", topic=topic, kind=kind, message=message, to=to, timeout=PATIENCE)
+    def publish(self, topic: str, kind: str, message: dict[str, Any], timeout: float = PATIENCE) -> None:
+        """Send a message in a topic as soon as somebody listens."""
+        self._ask("publish", topic=topic, kind=kind, message=message, timeout=timeout)
 
     def call(self, service: str, kind: str, request: dict[str, Any] | None = None) -> dict[str, Any]:
         """A service's response."""

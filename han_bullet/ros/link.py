@@ -155,10 +155,11 @@ class Link:
         with self._wake:
             self._wake.notify()
         self._sender.join(ENDS_WITHIN)
+        reads_nothing = self._sender.is_alive()
         with contextlib.suppress(OSError):
             self._node.socket.shutdown(socket.SHUT_RDWR)  # frees either thread from what it waits for
         self._receiver.join(ENDS_WITHIN)
-        self._node.end()
+        self._node.end(0.0 if reads_nothing else ENDS_WITHIN)
 
     def __enter__(self) -> Link:
         return self

@@ -17,7 +17,7 @@ from ros1_bridge import wire
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # where Debian's and Ubuntu's packages put rospy
 NODE = Path(wire.__file__).with_name("node.py")
-CURE = "`make ros` installs it, or the packages in docs/ros.md; Debian 12 and Ubuntu 22.04 have them"
+CURE = "`make ros` installs it, or the packages in ros1_bridge/README.md; Debian 12 and Ubuntu 22.04 have them"
 PYTHON_SETTINGS = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"}
 READY_WITHIN = 20.0  # [s]; usually 0.4
 LOOKED_EVERY = 0.1  # [s]: whether the start was given up
