@@ -67,6 +67,7 @@ def played(
         questions.append(question)
         return answers.pop(0)
 
+    assert (*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()) == (0.0, 640.0, 480.0, 0.0)  # from the corner
     points = click_points(window, MarkedPoints.of_rows(before or []), ask, lambda points: kept.append(len(points)))
     assert not canvas.acts and not answers
     return points, questions, kept

@@ -182,6 +182,20 @@ def test_a_camera_that_looks_straight_down_needs_its_focal_length(noise: float) 
     assert np.linalg.norm(pose_solved[:3, 3] - [0.0, 0.0, 3.0]) < (0.1 if noise else 1e-6)
 
 
+def test_nobody_is_accused_where_nothing_fits() -> None:
+    camera = CAMERAS[0]
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        points = floor_points(camera.intrinsics, camera.camera_in_world, 7, rng)
+        mixed = replace(points, points_in_world=rng.permutation(points.points_in_world))
+        try:
+            solution = solved(camera, mixed, True)
+        except BadInputError as error:
+            assert "contradicts" not in str(error)
+        else:
+            assert solution.left_out is None and solution.calibration.pixel_errors().max() > 20.0
+
+
 def test_points_that_are_mirrored_put_the_camera_under_the_floor() -> None:
     camera = CAMERAS[0]
     points = floor_points(camera.intrinsics, camera.camera_in_world, 8, np.random.default_rng(0))

@@ -14,7 +14,7 @@ from han_bullet.calibration.points import MarkedPoints, check_points
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Intrinsics
 
-CLEAR = 5.0  # [px] off: less is not worth leaving a point out
+CLEAR = 5.0  # [px]: a point less off is not worth leaving out, and others more scattered do not agree
 DOMINANT = 3.0  # times as far scattered are the points without any other one
 FEWEST_OTHERS = 5  # four fit too many cameras to contradict anybody
 MOST_SUSPECTS = 40  # among more points than these one does little harm
@@ -62,7 +62,7 @@ def solve(
     whole, complaint = _attempt(marked, lens, intrinsics is None)
     left_out, fit = None, whole
     if whole is None or whole.camera.pixel_errors().max() > CLEAR:
-        left_out, fit = _without_suspect(marked, lens, intrinsics is None, whole) or (None, whole)
+        left_out, fit = _without_suspect(marked, lens, intrinsics is None) or (None, whole)
     if fit is None:
         raise BadInputError(complaint)
     check_determined(fit)
@@ -78,9 +78,7 @@ def _attempt(points: MarkedPoints, lens: Intrinsics, solve_focal: bool) -> tuple
         return None, str(error)
 
 
-def _without_suspect(
-    points: MarkedPoints, lens: Intrinsics, solve_focal: bool, whole: Fit | None
-) -> tuple[int, Fit] | None:
+def _without_suspect(points: MarkedPoints, lens: Intrinsics, solve_focal: bool) -> tuple[int, Fit] | None:
     """Return the point that the others contradict and the fit to these, if no other fit is nearly as good.
 
     Raises:
@@ -89,10 +87,11 @@ def _without_suspect(
     if not FEWEST_OTHERS < len(points) <= MOST_SUSPECTS:
         return None
     fits = sorted(_fits_without_one(points, lens, solve_focal), key=lambda pair: pair[1].scatter)
-    rivals = [fit.scatter for _, fit in fits[1:]] + ([whole.scatter] if whole else [])
-    if not fits or min(rivals, default=np.inf) < DOMINANT * fits[0][1].scatter:
+    if not fits:
         return None
     index, fit = fits[0]
+    if fit.scatter > CLEAR or any(other.scatter < DOMINANT * fit.scatter for _, other in fits[1:]):
+        return None
     everything = replace(fit.camera, points=points)
     error, on_floor = float(everything.pixel_errors()[index]), np.isfinite(everything.floor_errors()[index])
     u, v = points.pixels[index].tolist()
