@@ -20,19 +20,18 @@ from han_bullet.health.sensor_health import SensorHealth
 from han_bullet.known_devices import KnownDevices
 from han_bullet.localization.lidar import LidarLocalization
 from han_bullet.localization.localizer import Localization
-from han_bullet.localization.occupancy_grid import OccupancyGrid
 from han_bullet.localization.odometry_model import OdometryModel
 from han_bullet.messages import Device, GoTo, HandOver, Task
 from han_bullet.planning.planner import Planner
 from han_bullet.situation import Situation
 from han_bullet.stack import NavigationStack
+from han_bullet.static_map import building_map
 from han_bullet.tracking.association import Association, GlobalNearestNeighbour, NearestNeighbour
 from han_bullet.tracking.field_of_view import FieldOfView
 from han_bullet.tracking.legs import LaserLegs, LegFinder
 from han_bullet.tracking.nnjpda import Nnjpda
 from han_bullet.tracking.projection import GroundProjection
 from han_bullet.tracking.tracker import MultiCameraTracker, PeopleTracker
-from han_bullet.wall_faces import with_doors
 from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 ASSOCIATIONS: dict[str, type[Association]] = {
@@ -72,13 +71,11 @@ def build_localization(world: World, start: Pose2D, seed: int) -> Localization:
     Raises:
         BadInputError: The robot has no laser.
     """
-    laser = world.robot.laser
-    if laser is None:
+    if world.robot.laser is None:
         raise BadInputError(f"world {world.name!r} has a robot without laser; localization truth would be right")
-    floor = [(area.x, area.y) for area in world.floor]
     away, turned = world.seed_varies.robot_start, world.seed_varies.heading  # either way, uniformly: variance a^2 / 3
     return LidarLocalization(
-        OccupancyGrid.of_building(floor, with_doors(world.solid_boxes(), world.floor), scan_height=laser.height),
+        building_map(world),
         start,
         np.diag([away**2, away**2, turned**2]) / 3.0 + np.diag([1e-4, 1e-4, 1e-4]),
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(OF_LOCALIZATION,))),

@@ -66,14 +66,17 @@ class Situation:
 
     def goal(self) -> Pose2D:
         """Return where the robot has to be for its task, as of the last update."""
-        if isinstance(self._task, GoTo):
-            return self._task.pose_in_world
-        return _hand_over_pose(self._task, self._pose_robot_in_world)
+        return goal_of(self._task, self._pose_robot_in_world)
 
     @property
     def goal_is_final(self) -> bool:
         """Tell whether reaching the goal completes the task, rather than giving a view of who is missing."""
         return isinstance(self._task, GoTo) or self._task.person is not None
+
+
+def goal_of(task: Task, pose_robot_in_world: Pose2D) -> Pose2D:
+    """Return where a robot, now at a pose, has to be for a task."""
+    return task.pose_in_world if isinstance(task, GoTo) else _hand_over_pose(task, pose_robot_in_world)
 
 
 def _with_person(task: HandOver, people: Sequence[TrackedPerson], pose_robot_in_world: Pose2D) -> HandOver:

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "han_bullet"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 STAGES = {"sim", "detection", "tracking", "costmap", "planning", "control", "localization", "health"}
-VALUES = {"geometry", "messages", "errors", "assets", "atomic_file", "device_payload", "device_channel"}
+VALUES = {"geometry", "messages", "errors", "assets", "atomic_file", "device_payload", "device_channel", "mecanum"}
 WORLD = {"world_schema", "world_file", "wall_faces"}
 ONLY_IN = {"pybullet": "sim", "torch": "detection", "rospy": None, "paho": "mqtt_channel"}
 

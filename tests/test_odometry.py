@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from han_bullet.geometry import Array, Pose2D, Twist2D, moved, twist_between, wrap_angle
+from han_bullet.mecanum import MecanumWheels
 from han_bullet.sim.odometry import WheelOdometry
-from han_bullet.sim.robot_model import MecanumWheels
 from han_bullet.sim.simulator import Simulator
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, Slip, World

@@ -7,8 +7,9 @@ import pytest
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.mecanum import MecanumWheels
 from han_bullet.sim.robot import MAX_FORCE, MecanumRobot
-from han_bullet.sim.robot_model import MecanumWheels, RobotModel
+from han_bullet.sim.robot_model import RobotModel
 from han_bullet.sim.scene_state import RobotPosture
 from han_bullet.world_schema import PHYSICS_PERIOD, Robot
 

@@ -8,9 +8,9 @@ import pytest
 
 from han_bullet.geometry import Pose2D, Twist2D, moved
 from han_bullet.health.sensor_health import BY_CAMERAS_ALONE, BY_LASER_ALONE, HealthReport, SensorHealth
+from han_bullet.mecanum import MecanumWheels
 from han_bullet.messages import Detections, FrameDetections, ImageHealth, LaserScan, Observation, Odometry, PoseEstimate
 from han_bullet.sim.odometry import WheelOdometry
-from han_bullet.sim.robot_model import MecanumWheels
 from han_bullet.world_schema import CONTROL_PERIOD, Slip
 
 PERIODS = {"left": 0.1, "right": 0.1}

@@ -52,7 +52,7 @@ class Definition:
     text: str
 
 
-def make(name: str, **fields: Any) -> Any:
+def make(name: str, /, **fields: Any) -> Any:
     """Return a message of a type, such as "nav_msgs/Odometry"; fields that are not given are zero or empty.
 
     Arrays of numbers are numpy arrays, shape (n,), of the field's own dtype.
@@ -60,8 +60,11 @@ def make(name: str, **fields: Any) -> Any:
     Raises:
         TypeError: The type has no such field.
     """
-    blanks = _blanks(_long(name))
-    return _typestore().types[_long(name)](**({key: blank() for key, blank in blanks if key not in fields} | fields))
+    kind, blanks = _kind(name)
+    for key, blank in blanks:
+        if key not in fields:
+            fields[key] = blank()
+    return kind(**fields)
 
 
 def header(time: float, frame: str, sequence: int = 0) -> Any:
@@ -138,9 +141,10 @@ def _typestore() -> Typestore:
 
 
 @functools.cache
-def _blanks(long: str) -> tuple[tuple[str, Callable[[], Any]], ...]:
-    """Return for each field of a type what makes its value where none is given."""
-    return tuple((field, _blank(description)) for field, description in _typestore().fielddefs[long][1])
+def _kind(name: str) -> tuple[type, tuple[tuple[str, Callable[[], Any]], ...]]:
+    """Return a type's class, and for each of its fields what makes the value where none is given."""
+    store, long = _typestore(), _long(name)
+    return store.types[long], tuple((field, _blank(description)) for field, description in store.fielddefs[long][1])
 
 
 def _blank(description: Any) -> Callable[[], Any]:

@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from han_bullet.geometry import Pose2D, Twist2D, moved, twist_between
+from han_bullet.mecanum import MecanumWheels
 from han_bullet.messages import Odometry
-from han_bullet.sim.robot_model import MecanumWheels
 from han_bullet.world_schema import CONTROL_PERIOD, Slip
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pybullet
 
 from han_bullet.geometry import Array, Pose2D, Twist2D, rotated
-from han_bullet.sim.robot_model import HEAD, WHEELS, RobotModel
+from han_bullet.mecanum import WHEELS
+from han_bullet.sim.robot_model import HEAD, RobotModel
 from han_bullet.sim.scene_state import RobotPosture
 from han_bullet.world_schema import PHYSICS_PERIOD, Robot
 
