@@ -16,7 +16,11 @@ setup(
     long_description_content_type="text/markdown",
     license="BSD-3-Clause",
     python_requires=">=3.10,<3.12",
-    packages=[*find_packages(include=["han_bullet", "han_bullet.*", "ros1_bridge"]), "han_bullet.worlds", "han_bullet.urdf"],
+    packages=[
+        *find_packages(include=["han_bullet", "han_bullet.*", "ros1_bridge"]),
+        "han_bullet.worlds",
+        "han_bullet.urdf",
+    ],
     package_dir={"han_bullet.worlds": "worlds", "han_bullet.urdf": "urdf"},
     package_data={
         "han_bullet": ["py.typed"],

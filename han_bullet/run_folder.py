@@ -44,6 +44,15 @@ class CheckEntry(_Entry):
     passed: bool
 
 
+class FaultEntry(_Entry):
+    """A fault in result.json: of a sensor, from when and until when [s] it was noticed; None: to the end."""
+
+    sensor: str
+    kind: str
+    since: float = Field(alias="from")
+    until: float | None
+
+
 class ResultFile(_Entry):
     """What result.json says, as far as a report shows it or a replay needs it."""
 
@@ -64,6 +73,7 @@ class ResultFile(_Entry):
     git_commit: str
     outcome: str
     outcome_detail: str | None
+    faults: tuple[FaultEntry, ...] = ()
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
     timings: dict[str, float | int | None]

@@ -17,7 +17,6 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import FrameRow, RecordedRun, TrackRow
-from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
     CameraImage,
@@ -167,11 +166,11 @@ def replay(run: RecordedRun, time: float) -> Replay:
         BadInputError: The run has no such time.
     """
     last = run.tick_at(time)
-    stack = _stack(run)
+    stack = recorded_stack(run)
     looks: dict[str, Look] = {}
     differences = []
     for number in range(last + 1):
-        observation = _observation(run, number)
+        observation = recorded_observation(run, number)
         decision = stack.step(observation)
         looks |= _looks(run, decision)
         differences.append(_apart(decision.people, run.tracks.get(number, ())))
@@ -193,7 +192,8 @@ def _looks(run: RecordedRun, decision: Decision) -> dict[str, Look]:
     return {scan.camera: Look(found[scan.camera], scan, exposed[scan.camera]) for scan in decision.scans}
 
 
-def _stack(run: RecordedRun) -> NavigationStack:
+def recorded_stack(run: RecordedRun) -> NavigationStack:
+    """Return the stack of a run, which believes, finds and says what was believed, found and said then."""
     world, result = run.world, run.result
     tracker: PeopleTracker
     if run.sees:
@@ -217,13 +217,12 @@ def _stack(run: RecordedRun) -> NavigationStack:
     return stack
 
 
-def _observation(run: RecordedRun, number: int) -> Observation:
-    """Return what the robot sensed at a tick, with images that have no pixels; where it was is known, not odometry."""
+def recorded_observation(run: RecordedRun, number: int) -> Observation:
+    """Return what the robot sensed at a tick, with images that have no pixels."""
     truth = run.truths[number]
     images = tuple(_image(run, row) for row in run.frames.get(number, ()))
     messages = tuple(map(write_payload, run.messages.get(number, ())))
-    nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
-    return Observation(truth.time, nowhere, run.scans.get(number), images, messages)
+    return Observation(truth.time, run.odometry[number], run.scans.get(number), images, messages)
 
 
 def _image(run: RecordedRun, row: FrameRow) -> CameraImage:

@@ -1,0 +1,129 @@
+"""Files of ROS 1 messages, written without ROS: bags, which `rosbag play` reads, and MCAP files, which Foxglove reads."""
+
+from __future__ import annotations
+
+import contextlib
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from han_bullet.atomic_file import appearing_whole
+from han_bullet.errors import BadInputError
+from han_bullet.ros.message_types import definition, serialize
+from han_bullet.ros.topics import Topic
+
+if TYPE_CHECKING:
+    import mcap.writer
+    import rosbags.rosbag1
+
+CALLER = "/han_bullet"  # the node that would have published
+
+
+class Bag(ABC):
+    """A file that messages are written to; a topic is in it once it has a message.
+
+    Args:
+        topics: All that may come.
+    """
+
+    def __init__(self, topics: Iterable[Topic]) -> None:
+        self.counts: dict[str, int] = {}  # topic -> its messages
+        self._topics = {topic.name: topic for topic in topics}
+        self._connections: dict[str, Any] = {}
+
+    def write(self, topic: str, time: float, message: Any) -> None:
+        """Add a message that was published at a time [s]."""
+        if topic not in self._connections:
+            self._connections[topic] = self._connect(self._topics[topic])
+        self._put(self._connections[topic], round(time * 1e9), serialize(message))
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+
+    @abstractmethod
+    def _connect(self, topic: Topic) -> Any:
+        """Write what is to be known of a topic; return what stands for it."""
+
+    @abstractmethod
+    def _put(self, connection: Any, nanoseconds: int, raw: memoryview) -> None:
+        """Write a serialized message."""
+
+
+class Ros1Bag(Bag):
+    """A ROS 1 bag, version 2.0; a latched topic is latched again when it is played."""
+
+    def __init__(self, topics: Iterable[Topic], writer: rosbags.rosbag1.Writer) -> None:
+        super().__init__(topics)
+        self._writer = writer
+
+    def _connect(self, topic: Topic) -> Any:
+        known = definition(topic.type)
+        return self._writer.add_connection(
+            topic.name,
+            topic.type.replace("/", "/msg/"),
+            msgdef=known.text,
+            md5sum=known.md5,
+            callerid=CALLER,
+            latching=int(topic.latched),
+        )
+
+    def _put(self, connection: Any, nanoseconds: int, raw: memoryview) -> None:
+        self._writer.write(connection, nanoseconds, raw)
+
+
+class McapBag(Bag):
+    """An MCAP file of the profile "ros1"."""
+
+    def __init__(self, topics: Iterable[Topic], writer: mcap.writer.Writer) -> None:
+        super().__init__(topics)
+        self._writer = writer
+        self._schemas: dict[str, int] = {}  # type -> number
+
+    def _connect(self, topic: Topic) -> int:
+        known = definition(topic.type)
+        if topic.type not in self._schemas:
+            schema = self._writer.register_schema(known.name, "ros1msg", known.text.encode())
+            self._schemas[topic.type] = schema
+        metadata = {"callerid": CALLER, "latching": str(int(topic.latched)), "md5sum": known.md5}
+        return self._writer.register_channel(topic.name, "ros1", self._schemas[topic.type], metadata)
+
+    def _put(self, connection: int, nanoseconds: int, raw: memoryview) -> None:
+        self._writer.add_message(connection, nanoseconds, bytes(raw), nanoseconds)
+
+
+@contextlib.contextmanager
+def open_bag(path: Path, topics: Iterable[Topic], *, mcap: bool = False) -> Iterator[Bag]:
+    """Give a bag, or an MCAP file, to write to; it takes its place, or that of another, when it is finished.
+
+    Raises:
+        BadInputError: The packages that write it are missing.
+    """
+    try:
+        opened = _mcap if mcap else _ros1_bag
+        with appearing_whole(path) as temporary, opened(temporary, topics) as bag:
+            yield bag
+    except ImportError:
+        raise BadInputError(
+            "bags need the packages rosbags and mcap; `pip install 'han_bullet[ros]'` brings them"
+        ) from None
+
+
+@contextlib.contextmanager
+def _ros1_bag(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
+    from rosbags.rosbag1 import Writer
+
+    path.unlink(missing_ok=True)  # where an earlier one was killed; the library writes to new files only
+    writer = Writer(path)
+    writer.set_compression(Writer.CompressionFormat.LZ4)
+    with writer:
+        yield Ros1Bag(topics, writer)
+
+
+@contextlib.contextmanager
+def _mcap(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros1", library="han_bullet")
+        yield McapBag(topics, writer)
+        writer.finish()
