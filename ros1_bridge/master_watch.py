@@ -14,7 +14,7 @@ class MasterWatch(threading.Thread):
 
     Args:
         name: Of the node.
-        on_change: Called with whether the master is there, when that changes or it has forgotten everything.
+        on_change: Called with whether the master is there: when that changes, and when one has been told everything.
         done: Set when the node ends.
     """
 
@@ -24,29 +24,51 @@ class MasterWatch(threading.Thread):
         self._on_change = on_change
         self._done = done
         self._there = True
+        self._knows_us = None  # number of the master's process that has been told everything
+
+    def doubt(self):
+        """Tell the master everything once more, since something did not reach it."""
+        self._knows_us = None
 
     def run(self):
         """Look until the node ends."""
         master = rosgraph.Master(self._name)
+        self._knows_us = _process(master)
         while not self._done.wait(EVERY):
             try:
-                known = master.lookupNode(self._name) == rospy.get_node_uri()
-            except rosgraph.MasterError:
-                known = False
-            except Exception:  # refused, timed out, half an answer: it is not there
+                self._look(master)
+            except Exception:  # refused, half an answer, gone again while it was told: it is not there
                 if self._there:
                     self._there = False
                     self._on_change(False)
-                continue
-            if known and self._there:
-                continue
-            try:
-                if not known:
-                    _register_again(master)
-            except Exception:  # gone again meanwhile
-                continue
-            self._there = True
+
+    def _look(self, master):
+        process, ours = master.getPid(), rospy.get_node_uri()
+        known = _address(master, self._name)
+        if known not in (None, ours):
+            return rospy.signal_shutdown("another node has taken the name")
+        if known is None or process != self._knows_us:
+            _register_again(master)
+            self._knows_us = process
+            self._there = False
+        if not self._there:
             self._on_change(True)
+            self._there = True
+
+
+def _process(master):
+    try:
+        return master.getPid()
+    except Exception:
+        return None
+
+
+def _address(master, name):
+    """Return where the master says that a node is; None if it does not know it."""
+    try:
+        return master.lookupNode(name)
+    except rosgraph.MasterError:
+        return None
 
 
 def _register_again(master):

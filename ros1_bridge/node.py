@@ -7,11 +7,15 @@ needs (Python 3.8 or later). What it does, the core tells it through the socket:
 
 import argparse
 import contextlib
+import http.client
 import logging
+import os
 import queue
+import select
 import signal
 import socket
 import threading
+import time
 
 import rosgraph
 import roslib.message
@@ -21,6 +25,8 @@ from master_watch import MasterWatch
 
 COUNTED_EVERY = 0.1  # [s]: how soon the core knows that somebody listens, or nobody any more
 ANSWER_WITHIN = 5.0  # [s] for the core to answer a service's request
+SENT_WITHIN = 0.5  # [s]: for what waits for a subscriber when the core closes the socket
+ENDS_WITHIN = 2.0  # [s]: after that it is in a call that does not return, of a master that is gone or mute
 LARGEST_IMAGE = 16 * 1024 * 1024  # bytes: with a queue of 1, "the newest" needs room for a whole message
 
 
@@ -52,23 +58,50 @@ class Node:
         self._publishers = {}  # topic: (publisher, raw type)
         self._joined = {}  # topic: how many have ever connected
         self._answers = {}  # id of a request: queue of its one answer
-        self._requests = 0
+        self._requests = time.monotonic_ns()  # a later node has other numbers: no late reply can meet a wrong request
         self._done = threading.Event()
         self._params = {}
+        self._watch = MasterWatch(name, self._on_master, self._done)
 
     def run(self):
-        """Serve until the core closes the socket."""
-        self._tell({"op": "ready", "name": self._name, "master": rosgraph.get_master_uri()})
+        """Serve until the core closes the socket, or somebody ends the node."""
+        threading.Thread(target=self._end_with_core, name="hang-up", daemon=True).start()
         rospy.core.add_preshutdown_hook(lambda reason: self._on_shutdown(reason))
-        MasterWatch(self._name, self._on_master, self._done).start()
+        self._tell({"op": "ready", "name": self._name, "master": rosgraph.get_master_uri()})
+        self._watch.start()
         threading.Thread(target=self._count, name="count", daemon=True).start()
-        try:
+        with contextlib.suppress(wire.Closed):
             while True:
                 head, content = wire.receive(self._sock)
-                OPERATIONS[head.pop("op")](self, content, **head)
-        except wire.Closed:
+                self._carry_out(head.pop("op"), head, content)
+        if not self._done.is_set():
             self._done.set()
+            self._wait_until_sent()
         rospy.signal_shutdown("the core has ended")
+
+    def _carry_out(self, operation, head, content):
+        """Do what the core says; what cannot be done must not end the node."""
+        try:
+            OPERATIONS[operation](self, content, **head)
+        except Exception as error:
+            name = next(head[key] for key in ("topic", "service", "name", "request", "level") if key in head)
+            self._tell({"op": "failed", "what": operation, "name": name, "why": str(error) or repr(error)})
+
+    def _end_with_core(self):
+        """End the process some time after the core has gone, whatever the other threads wait for."""
+        poll = select.poll()
+        poll.register(self._sock, 0)  # the hang-up alone
+        poll.poll()
+        time.sleep(ENDS_WITHIN)
+        os._exit(1)
+
+    def _wait_until_sent(self):
+        """Give the connections' own threads a little time for what their queues hold."""
+        deadline = time.monotonic() + SENT_WITHIN
+        connections = [one for publisher, _ in self._publishers.values() for one in publisher.impl.connections]
+        while any(getattr(one, "_queue", ()) for one in connections) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.05)  # what has left a queue a moment ago
 
     # What the core says.
 
@@ -90,6 +123,8 @@ class Node:
 
     def _serve(self, _, service, kind):
         known = roslib.message.get_service_class(kind)
+        if known is None:
+            raise ValueError(f"no package of this machine has the type {kind}")
         request, response = known._request_class, known._response_class
         raw_response = raw_type(response._type, response._md5sum)
         members = {
@@ -107,7 +142,13 @@ class Node:
 
     def _param(self, _, name, value):
         self._params[name] = value
-        rospy.set_param(name, value)
+        try:
+            rospy.set_param(name, value)
+        except (OSError, http.client.HTTPException):  # the master is gone; the watch sets it when it is back
+            self._watch.doubt()
+        except Exception:
+            del self._params[name]
+            raise
 
     def _log(self, _, level, text):
         {"info": rospy.loginfo, "warn": rospy.logwarn, "error": rospy.logerr}[level]("%s", text)
@@ -156,15 +197,18 @@ class Node:
 
     def _on_master(self, there):
         if there:
-            for name, value in self._params.items():
+            for name, value in list(self._params.items()):
                 rospy.set_param(name, value)
         self._tell({"op": "master", "there": there})
 
     def _on_shutdown(self, reason):
-        """Another node has taken the name, or somebody has killed this one: the core is told, and not started again."""
+        """Another node has taken the name, or somebody has ended this one: the core is told not to start it again."""
         if not self._done.is_set():
-            self._tell({"op": "ended", "why": str(reason)})
             self._done.set()
+            taken = "registered with same name" in str(reason)
+            self._tell({"op": "ended", "why": "another node has taken the name" if taken else str(reason)})
+            with contextlib.suppress(OSError):
+                self._sock.shutdown(socket.SHUT_RD)  # frees the thread that reads
 
     def _tell(self, head, *parts):
         """Send a frame to the core; it has gone if that fails, which the reading thread notices as well."""
@@ -192,8 +236,11 @@ def main():
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the core, which then closes the socket
     logging.raiseExceptions = False
     rospy.init_node(options.name, disable_signals=True, disable_rostime=True)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # until here the core has kept what was said
     with socket.socket(fileno=options.socket) as sock:
         Node(sock, rospy.get_name()).run()
+    logging.shutdown()
+    os._exit(0)  # without waiting for threads of rospy's that still send to who does not read
 
 
 if __name__ == "__main__":

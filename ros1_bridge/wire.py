@@ -14,6 +14,7 @@ Node to core:
     message     topic; bytes: the serialized message
     request     request (its number), service; bytes: the serialized request
     master      there: whether the master answers
+    failed      what (an operation of the core's), name (of its topic, service, ...), why
     ended       why: another node has taken the name, or somebody ended this one; it must not be started again
 Either side ends the other by closing the socket.
 """

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import ros_master as ros
 from hypothesis import settings
 from mosquitto import PROGRAM, Broker, running
 
@@ -41,3 +42,17 @@ def broker(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Broker]:
         (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
     with running(tmp_path) as broker:
         yield broker
+
+
+@pytest.fixture
+def ros_master(
+    tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> Iterator[ros.Master]:
+    """A running ROS master of this test's own, which the environment variables name."""
+    if missing := ros.missing():
+        (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
+    with ros.running(tmp_path_factory.mktemp("ros")) as master:
+        for name, value in master.variables.items():
+            monkeypatch.setenv(name, value)
+        monkeypatch.delenv("ROS_HOSTNAME", raising=False)
+        yield master

@@ -1,37 +1,28 @@
-"""The link to the node: its process, the socket between, and what it must be told again when it was started anew."""
+"""The link to the node: what waits for ROS and from ROS, and what a node that was started anew must be told again."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
-import os
 import socket
-import subprocess
-import tempfile
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from han_bullet.errors import BadInputError, HanError
 from han_bullet.ros.master import master_uri, node_at, wait_for_master
 from han_bullet.ros.message_types import definition, serialized_parts
+from han_bullet.ros.node_process import ENDS_WITHIN, NodeProcess, check_ros
 from ros1_bridge import wire
 
-SYSTEM_PYTHON = "/usr/bin/python3"  # where Debian's and Ubuntu's packages put rospy
 NODE_NAME = "/han_bullet"
-READY_WITHIN = 20.0  # [s]; usually 0.4
-ENDS_WITHIN = 3.0  # [s]
 SHORT_LIFE = 1.0  # [s]: a node that ended sooner is not started again at once
-MOST_WAITING = 64  # messages of one topic from ROS that nobody has taken yet; older ones are dropped
-
-NODE = Path(wire.__file__).with_name("node.py")
-CURE = "`make ros` or `apt-get install python3-rospy ...` (docs/ros.md) brings it; only Debian and Ubuntu have it"
-PYTHON_SETTINGS = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"}
+MOST_WAITING = 64  # requests and lines of the log that nobody has taken yet; older ones are dropped
+LOG = "log"  # has a queue like a topic's, whose names begin with a slash
 
 _log = logging.getLogger(__name__)
 
@@ -55,49 +46,53 @@ class Link:
     """Publish, hear and serve through a process that has rospy, since this one has not.
 
     Messages wait in a queue per topic, whose oldest is dropped when it is full; nothing here ever waits for ROS. A node
-    that dies is started again and told everything anew.
+    that dies is started again and told everything anew; one that was told to end is not.
 
     Args:
         name: Of the node.
         patient: Whether to wait for a master that is not there yet.
 
+    Attributes:
+        ended: Why the node will not come back; None while it lives, or is started again.
+        restarts: How often it was started again.
+
     Raises:
         BadInputError: There is no ROS on this machine, no master, or the name is taken.
+        HanError: The node does not start.
     """
 
     def __init__(self, *, name: str = NODE_NAME, patient: bool = False) -> None:
         self.name, self._uri = name, master_uri()
-        _check_ros()
+        check_ros()
         wait_for_master(self._uri, patient=patient)
         if node_at(self._uri, name) is not None:
             raise BadInputError(f"the ROS master at {self._uri} has a node {name} already; stop it first")
-        self._told: list[dict[str, Any]] = []  # what a new node must be told: topics, services, parameters
-        self._sizes: dict[str, int] = {}
-        self._latched: dict[str, Any] = {}
-        self._waiting: dict[str, deque[Any]] = {}
-        self._control: deque[tuple[dict[str, Any], Any]] = deque()
-        self._wake = threading.Condition()
-        self._listeners: Mapping[str, int] = {}
-        self._incoming: dict[str, deque[Incoming]] = {}
-        self._closing = threading.Event()
-        self.ended: str | None = None  # why the node will not come back
+        self.ended: str | None = None
         self.restarts = 0
-        self._process, self._socket = self._start()
-        self._threads = [
-            threading.Thread(target=self._send, name="ros-send", daemon=True),
-            threading.Thread(target=self._receive, name="ros-receive", daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._wake = threading.Condition()  # guards the five that follow
+        self._told: list[dict[str, Any]] = []  # what a new node must be told: topics, services, parameters
+        self._control: deque[tuple[dict[str, Any], Any]] = deque()  # heads and messages, before all that waits
+        self._waiting: dict[str, deque[tuple[dict[str, Any], Any]]] = {LOG: deque(maxlen=MOST_WAITING)}
+        self._latched: dict[str, Any] = {}
+        self._node = NodeProcess(name, self._uri)
+        self._listeners: dict[str, int] = {}
+        self._listened_before: dict[str, int] = {}  # to nodes that have died
+        self._incoming: dict[str, deque[Incoming]] = {}
+        self._unsendable: set[str] = set()
+        self._closing = threading.Event()
+        self._sender = threading.Thread(target=self._send, name="ros-send", daemon=True)
+        self._receiver = threading.Thread(target=self._receive, name="ros-receive", daemon=True)
+        self._sender.start()
+        self._receiver.start()
 
     def advertise(self, topic: str, kind: str, *, latched: bool = False, size: int = 1) -> None:
         """Announce a topic of a type, such as "nav_msgs/Odometry"; at most `size` messages wait for ROS."""
-        self._sizes[topic] = size
-        self._waiting[topic] = deque(maxlen=size)
         known = definition(kind)
+        with self._wake:
+            self._waiting[topic] = deque(maxlen=size)
+            if latched:
+                self._latched[topic] = None
         self._tell(op="advertise", topic=topic, kind=kind, md5=known.md5, text=known.text, latch=latched, size=size)
-        if latched:
-            self._latched[topic] = None
 
     def subscribe(self, topic: str, kind: str, *, size: int = 1) -> None:
         """Hear a topic from now on; see `received`. Of more than `size` messages at once the oldest are dropped."""
@@ -111,28 +106,35 @@ class Link:
         self._tell(op="serve", service=service, kind=kind)
 
     def set_param(self, name: str, value: object) -> None:
-        """Set a parameter at the master, and again at a new one."""
+        """Set a parameter at the master, and again at a new one; JSON must be able to write the value."""
+        json.dumps(value)
         self._tell(op="param", name=name, value=value)
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message in an advertised topic; arrays in it must not change any more."""
-        if topic in self._latched:
-            self._latched[topic] = message
         with self._wake:
-            self._waiting[topic].append(message)
-            self._wake.notify()
+            if topic in self._latched:
+                self._latched[topic] = message
+            if self.ended is None:
+                self._waiting[topic].append(({"op": "publish", "topic": topic}, message))
+                self._wake.notify()
 
     def log(self, level: str, text: str) -> None:
         """Say something in /rosout: level "info", "warn" or "error"."""
-        self._put({"op": "log", "level": level, "text": text})
+        with self._wake:
+            self._waiting[LOG].append(({"op": "log", "level": level, "text": text}, None))
+            self._wake.notify()
 
     def reply(self, request: int, message: Any = None, error: str | None = None) -> None:
         """Answer a service's request with a response or with why there is none."""
-        self._put({"op": "reply", "request": request, "error": error}, message)
+        with self._wake:
+            self._control.append(({"op": "reply", "request": request, "error": error}, message))
+            self._wake.notify()
 
     def listeners(self, topic: str) -> int:
         """Return 0 if nobody listens to a topic, else how many have ever begun to."""
-        return self._listeners.get(topic, 0)
+        now = self._listeners.get(topic, 0)
+        return now + self._listened_before.get(topic, 0) if now else 0
 
     def received(self) -> list[Incoming]:
         """Return what has come from ROS since the last call, per topic or service in order."""
@@ -144,24 +146,19 @@ class Link:
 
     @property
     def process_id(self) -> int:
-        """Return the operating system's id of the node's process."""
-        return self._process.pid
+        """Return the operating system's number of the node's process."""
+        return self._node.id
 
     def close(self) -> None:
         """Send what waits, and end the node."""
         self._closing.set()
         with self._wake:
             self._wake.notify()
-        self._threads[0].join(ENDS_WITHIN)
+        self._sender.join(ENDS_WITHIN)
         with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)
-        self._threads[1].join(ENDS_WITHIN)
-        try:
-            self._process.wait(ENDS_WITHIN)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._socket.close()
+            self._node.socket.shutdown(socket.SHUT_RDWR)  # frees either thread from what it waits for
+        self._receiver.join(ENDS_WITHIN)
+        self._node.end()
 
     def __enter__(self) -> Link:
         return self
@@ -172,36 +169,50 @@ class Link:
         self.close()
 
     def _tell(self, **head: Any) -> None:
-        """Tell the node something that a new one must be told as well."""
-        self._told.append(head)
-        self._put(head)
-
-    def _put(self, head: dict[str, Any], message: Any = None) -> None:
+        """Tell the node something that a new one must be told as well; a parameter's new value replaces the old."""
         with self._wake:
-            self._control.append((head, message))
+            if head["op"] == "param":
+                self._told = [one for one in self._told if (one["op"], one.get("name")) != ("param", head["name"])]
+            self._told.append(head)
+            self._control.append((head, None))
             self._wake.notify()
 
     def _send(self) -> None:
-        """Send what waits, as long as the link is open: the body of a thread."""
-        while True:
-            with self._wake:
-                while not (self._control or any(self._waiting.values()) or self._closing.is_set()):
-                    self._wake.wait()
-                control, self._control = list(self._control), deque()
-                # A topic announced a moment ago is in `control`; announcements go first.
-                messages = [(topic, message) for topic, queue in self._waiting.items() for message in queue]
-                for queue in self._waiting.values():
-                    queue.clear()
-                sock = self._socket
-            try:
-                for head, message in control:
-                    wire.send(sock, head, *([] if message is None else serialized_parts(message)))
-                for topic, message in messages:
-                    wire.send(sock, {"op": "publish", "topic": topic}, *serialized_parts(message))
-            except wire.Closed:
-                pass  # the other thread notices, and starts a new node
-            if self._closing.is_set() and not self._control:
-                return
+        """Send what waits until the link is closed and nothing waits: the body of a thread."""
+        while (next_ones := self._next_ones()) is not None:
+            sock, waited = next_ones
+            for head, message in waited:
+                frame = self._frame(head, message)
+                try:
+                    if frame is not None:
+                        wire.send(sock, *frame)
+                except wire.Closed:  # the other thread notices, and starts a new node
+                    break
+
+    def _next_ones(self) -> tuple[socket.socket, list[tuple[dict[str, Any], Any]]] | None:
+        """Return the socket and all that waits, as soon as something does; None when nothing will."""
+        with self._wake:
+            self._wake.wait_for(lambda: self._control or any(self._waiting.values()) or self._closing.is_set())
+            waited = [*self._control]  # a topic that was announced a moment ago is in here: announcements go first
+            self._control.clear()
+            for queue in self._waiting.values():
+                waited += queue
+                queue.clear()
+            return (self._node.socket, waited) if waited else None
+
+    def _frame(self, head: dict[str, Any], message: Any) -> tuple[Any, ...] | None:
+        """Return what to send: a head, and a message in serialized pieces; None if the message has wrong values."""
+        if message is None:
+            return (head,)
+        try:
+            return (head, *serialized_parts(message))
+        except Exception as error:  # whatever the values are: the thread must live
+            if head["op"] == "reply":
+                return (head | {"error": f"the response has a value that ROS cannot have: {error!r}"},)
+            if head["topic"] not in self._unsendable:
+                self._unsendable.add(head["topic"])
+                _log.error("a message for %s has a value that ROS cannot have: %r", head["topic"], error)
+            return None
 
     def _receive(self) -> None:
         """Take what comes, and start the node again when it ends: the body of a thread."""
@@ -211,6 +222,7 @@ class Link:
             if self._closing.is_set() or self.ended is not None:
                 return
             _log.warning("the ROS node has died; it is started again")
+            self._node.end(0.0)
             if time.monotonic() - started < SHORT_LIFE:
                 self._closing.wait(SHORT_LIFE)
             self._restart()
@@ -218,7 +230,7 @@ class Link:
     def _take_until_closed(self) -> None:
         with contextlib.suppress(wire.Closed):
             while True:
-                head, raw = wire.receive(self._socket)
+                head, raw = wire.receive(self._node.socket)
                 operation = head["op"]
                 if operation == "message":
                     self._incoming[head["topic"]].append(Incoming(head["topic"], raw))
@@ -228,78 +240,41 @@ class Link:
                     self._listeners = head["topics"]
                 elif operation == "master":
                     _log.warning("the ROS master is %s", "there again" if head["there"] else "gone")
+                elif operation == "failed":
+                    _log.error("the ROS node cannot %s %s: %s", head["what"], head["name"], head["why"])
                 elif operation == "ended":
-                    self.ended = head["why"]
-                    _log.warning("the ROS node was told to end (%s); the run goes on without it", self.ended)
+                    self._end(head["why"])
+
+    def _end(self, why: str) -> None:
+        with self._wake:
+            self.ended = why
+        self._listeners = {}
+        _log.warning("the ROS node %s has ended: %s; the run goes on without it", self.name, why)
 
     def _restart(self) -> None:
         """Start a new node and tell it all that the old one knew."""
+        for topic, count in self._listeners.items():
+            self._listened_before[topic] = self._listened_before.get(topic, 0) + count
         self._listeners = {}
         while not self._closing.is_set():
             wait_for_master(self._uri, patient=True, stopped=self._closing.is_set)
+            if node_at(self._uri, self.name) is not None:
+                return self._end("another node has taken the name")
             try:
-                process, sock = self._start()
+                node = NodeProcess(self.name, self._uri, given_up=self._closing.is_set)
             except HanError as error:
-                _log.warning("%s", error)
-                self._closing.wait(SHORT_LIFE)
+                if not self._closing.wait(SHORT_LIFE):
+                    _log.warning("%s", error)
                 continue
-            latched = [(topic, message) for topic, message in self._latched.items() if message is not None]
-            with self._wake:
-                self._process, self._socket = process, sock
-                self._control = deque([(head, None) for head in self._told])
-                for topic, message in latched:
-                    self._waiting[topic].append(message)
-                self._wake.notify()
-            self.restarts += 1
+            self._take_up(node)
             return
 
-    def _start(self) -> tuple[subprocess.Popen[bytes], socket.socket]:
-        """Return a node's process and the socket to it, once it is ready.
-
-        Raises:
-            HanError: It does not become ready.
-        """
-        ours, theirs = socket.socketpair()
-        with theirs, tempfile.TemporaryFile() as complaints:
-            process = subprocess.Popen(
-                [SYSTEM_PYTHON, "-sE", str(NODE), "--socket", str(theirs.fileno()), "--name", self.name.lstrip("/")],
-                pass_fds=[theirs.fileno()],
-                env=_environment(self._uri),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=complaints,
-                start_new_session=True,  # the keyboard's Ctrl-C is for this process, which then ends that one
-            )
-            theirs.close()
-            ours.settimeout(READY_WITHIN)
-            try:
-                wire.receive(ours)
-            except wire.Closed as error:
-                ours.close()
-                process.kill()
-                process.wait()
-                complaints.seek(0)
-                said = complaints.read().decode(errors="replace").strip().splitlines()
-                raise HanError(f"the ROS node does not start: {said[-1] if said else error}") from None
-            ours.settimeout(None)
-        return process, ours
-
-
-def _check_ros() -> None:
-    """Raise BadInputError unless the system's python3 has rospy."""
-    try:
-        command = [SYSTEM_PYTHON, "-sE", "-c", "import rospy"]
-        subprocess.run(command, check=True, capture_output=True, timeout=READY_WITHIN)
-    except (OSError, subprocess.SubprocessError):
-        raise BadInputError(f"{SYSTEM_PYTHON} has no rospy; {CURE}") from None
-
-
-def _environment(uri: str) -> dict[str, str]:
-    """Return the environment of the node: none of this Python's settings, and only this machine may connect.
-
-    Whoever sets ROS_IP or ROS_HOSTNAME lets others in.
-    """
-    environment = {key: value for key, value in os.environ.items() if key not in PYTHON_SETTINGS}
-    if not (environment.get("ROS_IP") or environment.get("ROS_HOSTNAME")):
-        environment["ROS_IP"] = "127.0.0.1"
-    return environment | {"ROS_MASTER_URI": uri}
+    def _take_up(self, node: NodeProcess) -> None:
+        with self._wake:
+            self._node = node
+            self._control = deque((head, None) for head in self._told)
+            for topic, message in self._latched.items():
+                if message is not None and not self._waiting[topic]:
+                    self._waiting[topic].append(({"op": "publish", "topic": topic}, message))
+            self._wake.notify()
+        self.restarts += 1

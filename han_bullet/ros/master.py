@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import http.client
+import logging
 import os
 import time
 import xmlrpc.client
 from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
+from xml.parsers.expat import ExpatError
 
 from han_bullet.errors import BadInputError
 
 USUAL_URI = "http://localhost:11311"
 ANSWER_WITHIN = 1.0  # [s]
 ASKED_EVERY = 0.2  # [s], while it is waited for
+
+_log = logging.getLogger(__name__)
 
 
 class _Transport(xmlrpc.client.Transport):
@@ -62,13 +66,14 @@ def wait_for_master(uri: str, *, patient: bool, stopped: Callable[[], bool] = la
     Raises:
         BadInputError: There is none, and nobody wants to wait.
     """
-    while not is_there(uri):
-        if not patient:
-            raise BadInputError(
-                f"no ROS master answers at {uri}; start one (roscore), name another by ROS_MASTER_URI, or give --wait"
-            )
-        if stopped():
-            return
+    if is_there(uri):
+        return
+    if not patient:
+        raise BadInputError(
+            f"no ROS master answers at {uri}; start one (roscore), name another by ROS_MASTER_URI, or give --wait"
+        )
+    _log.warning("waiting for a ROS master at %s", uri)
+    while not (stopped() or is_there(uri)):
         time.sleep(ASKED_EVERY)
 
 
@@ -77,7 +82,7 @@ def _asked(uri: str, method: str, *arguments: str) -> object:
     try:
         with xmlrpc.client.ServerProxy(uri, transport=_Transport()) as proxy:
             answer = getattr(proxy, method)(*arguments)
-    except (OSError, http.client.HTTPException, xmlrpc.client.Error, ValueError):
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error, ExpatError, ValueError):
         return None
     ok = isinstance(answer, list) and len(answer) == 3 and answer[0] == 1
     return answer[2] if ok else None
