@@ -1,4 +1,4 @@
-"""Files of ROS 1 messages, written without ROS: bags, which `rosbag play` reads, and MCAP files, which Foxglove reads."""
+"""Files of ROS 1 messages, written without ROS: bags for `rosbag play`, and MCAP files for Foxglove."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import rosbags.rosbag1
 
 CALLER = "/han_bullet"  # the node that would have published
+EARLIEST = 1  # [ns]; to ROS, time 0 is none, and `rosbag play` leaves out what was published then
 
 
 class Bag(ABC):
@@ -67,7 +68,7 @@ class Ros1Bag(Bag):
         )
 
     def _put(self, connection: Any, nanoseconds: int, raw: memoryview) -> None:
-        self._writer.write(connection, nanoseconds, raw)
+        self._writer.write(connection, max(nanoseconds, EARLIEST), raw)
 
 
 class McapBag(Bag):
@@ -114,8 +115,18 @@ def _ros1_bag(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
     path.unlink(missing_ok=True)  # where an earlier one was killed; the library writes to new files only
     writer = Writer(path)
     writer.set_compression(Writer.CompressionFormat.LZ4)
+    writer.compressor = _compressed
     with writer:
         yield Ros1Bag(topics, writer)
+
+
+def _compressed(chunk: bytes) -> bytes:
+    """Return a chunk as an LZ4 frame that ROS can read, whose roslz4 knows no other kind than this."""
+    import lz4.frame
+
+    independent = {"block_size": lz4.frame.BLOCKSIZE_MAX4MB, "block_linked": False}
+    frame: bytes = lz4.frame.compress(chunk, 0, **independent, content_checksum=True, store_size=False)
+    return frame
 
 
 @contextlib.contextmanager
@@ -126,4 +137,4 @@ def _mcap(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
         writer = Writer(file)
         writer.start(profile="ros1", library="han_bullet")
         yield McapBag(topics, writer)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -56,18 +56,20 @@ def export(
     publications = Publications(run.world, [layer.name for layer in stack.layers])
     publications.watch_layers(stack)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with contextlib.closing(_ticks(run, stack, images=images)) as ticks:
-        with open_bag(path, publications.topics, mcap=mcap) as bag:
-            for outgoing in publications.statics():
-                bag.write(outgoing.topic, 0.0, outgoing.message)
-            for tick in ticks:
-                for outgoing in publications.of(tick.observation, tick.decision, wanted=lambda _: True):
-                    bag.write(outgoing.topic, tick.observation.time, outgoing.message)
-                progress(tick.observation.time)
+    with (
+        contextlib.closing(_ticks(run, stack, images=images)) as ticks,
+        open_bag(path, publications.topics, mcap=mcap) as bag,
+    ):
+        for outgoing in publications.statics():
+            bag.write(outgoing.topic, 0.0, outgoing.message)
+        for tick in ticks:
+            for outgoing in publications.of(tick.observation, tick.decision, wanted=lambda _: True):
+                bag.write(outgoing.topic, tick.observation.time, outgoing.message)
+            progress(tick.observation.time)
     return Exported(run.truths[-1].time, bag.counts, path.stat().st_size)
 
 
-def _ticks(run: RecordedRun, stack: NavigationStack, *, images: bool) -> Iterator[Tick]:
+def _ticks(run: RecordedRun, stack: NavigationStack, *, images: bool) -> Generator[Tick, None, None]:
     """Replay a run tick by tick; what was commanded and noticed is the record's, since a replay lacks some senses."""
     with contextlib.ExitStack() as closing:
         pictures = closing.enter_context(PicturesAgain(run)) if images else None
