@@ -164,7 +164,7 @@ def read_run(folder: Path) -> RecordedRun:
     result = read_result(folder)
     world = load_world(folder / "world.yaml")
     tracks = _tracks(read_table(folder / "tracks.csv"))
-    truths = _truths(_of_every_tick(folder / "trace.csv"), world, tracks if result.perception == "truth" else {})
+    truths = _truths(read_table(folder / "trace.csv"), world, tracks if result.perception == "truth" else {})
     feet, seats = _feet(read_table(folder / "feet.csv")), _empty_seats(read_table(folder / "empty_seats.csv"))
     detections = _detections(read_table(folder / "detections.csv"), feet, seats)
     return RecordedRun(
@@ -172,9 +172,9 @@ def read_run(folder: Path) -> RecordedRun:
         world,
         result,
         truths,
-        _poses(_of_every_tick(folder / "poses.csv", len(truths))),
-        _odometry(_of_every_tick(folder / "odometry.csv", len(truths))),
-        _commands(_of_every_tick(folder / "commands.csv", len(truths))),
+        _poses(_of_every_tick(read_table(folder / "poses.csv"), len(truths))),
+        _odometry(_of_every_tick(read_table(folder / "odometry.csv"), len(truths))),
+        _commands(_of_every_tick(read_table(folder / "commands.csv"), len(truths))),
         _scans(read_table(folder / "laser.csv")),
         _frames(read_table(folder / "frames.csv")),
         detections,
@@ -185,13 +185,14 @@ def read_run(folder: Path) -> RecordedRun:
     )
 
 
-def _of_every_tick(path: Path, count: int | None = None) -> Table:
-    """Read a table with a row per tick; as many as there are ticks, where that is known."""
-    table = read_table(path)
+def _of_every_tick(table: Table, count: int | None = None) -> Table:
+    """Return a table if it has a row per tick: as many as there are, where that is known."""
     ticks = table.ticks().tolist()
-    if ticks != list(range(count or len(ticks))) or not ticks:
+    if ticks != list(range(len(ticks) if count is None else count)) or not ticks:
         end = "..." if count is None else f"..., {(count - 1) * CONTROL_PERIOD:g}"
-        raise BadInputError(f"{path}: its times are not 0, {CONTROL_PERIOD:g}, {end} s; a row per tick would be right")
+        raise BadInputError(
+            f"{table.path}: its times are not 0, {CONTROL_PERIOD:g}, {end} s; a row per tick would be right"
+        )
     return table
 
 
@@ -318,7 +319,7 @@ def _truths(table: Table, world: World, tracks: Mapping[int, Sequence[TrackRow]]
     """Read the trace; a true person's velocity is that of the track with their number, where there is one."""
     people = [_person(table, person.name, number, tracks) for number, person in enumerate(world.people)]
     robots = table.numbers(*(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega"))).tolist()
-    times = table.numbers("time")[:, 0].tolist()
+    times = _of_every_tick(table).numbers("time")[:, 0].tolist()
     return tuple(
         Truth(time, Pose2D(*robot[:3]), Twist2D(*robot[3:]), tuple(person[tick] for person in people))
         for tick, (time, robot) in enumerate(zip(times, robots, strict=True))
