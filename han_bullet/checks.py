@@ -1,7 +1,7 @@
 """Checks of a world that need its map, made before the first step, and of its expectations, made after the last.
 
 Schema checks live in world_file.py. Here: nobody stands in a wall, the goal can be reached; then, which metrics of a
-run ended outside the range that the world asks for.
+run ended outside the range that the world asks for. And what an order asks for, before it is taken.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
+from han_bullet.messages import HandOver, Task
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.planning.astar import AStar
@@ -56,6 +58,44 @@ def check_world(world: World, source: str) -> None:
             f"{source}: {field}: no free way for a robot of radius {world.robot.radius} m leads from robot.start "
             f"{start.tolist()} to {goal.tolist()}; open a way or move one of them"
         )
+
+
+def check_goal(world: World, task: Task) -> None:
+    """Check what is asked of a robot on a world's map before it is taken: it knows no more than that.
+
+    Args:
+        world: Its known furniture, walls and floor are the map.
+        task: A hand-over to a person by id is to them, wherever they are; its place is not looked at.
+
+    Raises:
+        BadInputError: The goal, what is wrong with it, what would be right.
+    """
+    if isinstance(task, HandOver):
+        _check_finite("distance", [task.distance])
+        if task.distance <= 0.0:
+            raise BadInputError(f"goal: distance is {task.distance!r} m; a positive one, such as 0.9, would be right")
+        if task.person is None:
+            _check_finite("place", task.place_in_world.tolist())
+            _check_free(_known(world), "goal", "place", task.place_in_world, PERSON_RADIUS)
+        return
+    pose, radius = task.pose_in_world, world.robot.radius
+    _check_finite("pose", [pose.x, pose.y, pose.yaw])
+    _check_free(_known(world), "goal", "pose", pose.position, radius)
+    if static_costmap(_known(world)).cost_at(pose.position) >= INSCRIBED:
+        raise BadInputError(
+            f"goal: pose: {pose.position.tolist()} is too near to a wall, to furniture or to the floor's end for the "
+            f"body's radius {radius} m, on a map with cells of {world.costmap.resolution} m; move it away"
+        )
+
+
+def _known(world: World) -> World:
+    """Return a world without the furniture that the robot's map does not have."""
+    return world.model_copy(update={"furniture": tuple(piece for piece in world.furniture if piece.known)})
+
+
+def _check_finite(field: str, numbers: Sequence[float]) -> None:
+    if not np.isfinite(numbers).all():
+        raise BadInputError(f"goal: {field} is {list(numbers)}; finite numbers would be right")
 
 
 def _goal(world: World) -> Array:

@@ -402,7 +402,7 @@ class HandOver:
     Attributes:
         place_in_world: Where the person is expected, shape (2,) [m].
         distance: Between the centres at the stop [m].
-        person: Id of the chosen track while there is one.
+        person: Id of the chosen track while there is one; of an order, whom it is for, wherever they are.
         heading: Direction that the chosen person is taken to face [rad], once it is known.
         position_in_world: Where the chosen person was last believed to be, shape (2,) [m], once it is known.
     """
@@ -420,6 +420,19 @@ class HandOver:
 
 
 Task = GoTo | HandOver
+
+
+@dataclass(frozen=True)
+class Order:
+    """What somebody outside told the running robot.
+
+    Attributes:
+        name: "go_to", "hand_over", "cancel", "clear_obstacles" or "drive".
+        task: Of the first two; a hand-over to a person by id has the place where they were then.
+    """
+
+    name: str
+    task: Task | None = None
 
 
 @dataclass(frozen=True)
@@ -472,6 +485,8 @@ class Status(str, Enum):
     BLOCKED = "blocked"
     PROTECTIVE_STOP = "braking: something is too near"
     BLIND = "stopped: no sensor works"
+    IDLE = "idle: it has no task"
+    TELEOPERATED = "teleoperated: somebody drives it"
 
 
 class RecoveryStep(str, Enum):

@@ -28,11 +28,14 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.MOVING: (44, 110, 226),
     Status.WAITING: (206, 120, 20),
     Status.YIELDING: (206, 120, 20),
+    Status.LOOKING: (206, 120, 20),
     Status.ARRIVED: (20, 140, 90),
     Status.LOST: (196, 40, 60),
     Status.BLOCKED: (196, 40, 60),
     Status.PROTECTIVE_STOP: (196, 40, 60),
     Status.BLIND: (196, 40, 60),
+    Status.TELEOPERATED: (124, 70, 190),
+    Status.IDLE: (110, 118, 132),
 }
 NAME_SIZE, VALUE_SIZE, LABEL_SIZE, SMALL_SIZE, TINY_SIZE = 22, 18, 14, 13, 12  # [px]
 FIELD_WIDTH = 168  # [px] of a figure in the title bar

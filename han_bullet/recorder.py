@@ -12,14 +12,17 @@ from abc import abstractmethod
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from han_bullet.device_payload import read_payload
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+VARIANCE_DECIMALS = 9  # a deviation of 30 um or urad still shows
 LASER_HEADER = ("time", "angle_min", "angle_increment", "range_min", "range_max", "x", "y", "yaw")
-POSES_HEADER = ("time", "x", "y", "yaw", "lost")
+POSES_HEADER = ("time", "x", "y", "yaw", "lost", "xx", "xy", "xyaw", "yy", "yyaw", "yawyaw")
 ODOMETRY_HEADER = ("time", "x", "y", "yaw", "vx", "vy", "omega")
 COMMANDS_HEADER = ("time", "vx", "vy", "omega")
 STATUS_HEADER = ("time", "status", "step")
@@ -93,7 +96,7 @@ class TraceRecorder(TableRecorder):
 
 
 class PosesRecorder(TableRecorder):
-    """Write where the robot believes itself to be: one row per tick.
+    """Write where the robot believes itself to be, and the covariance of that: one row per tick.
 
     Args:
         path: The file.
@@ -106,7 +109,8 @@ class PosesRecorder(TableRecorder):
         """Return the one row of a tick."""
         estimate = tick.decision.estimate
         pose = estimate.pose_robot_in_world
-        yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
+        covariance = (f"{cell:.{VARIANCE_DECIMALS}f}" for cell in estimate.covariance[np.triu_indices(3)].tolist())
+        yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost), *covariance
 
 
 class OdometryRecorder(TableRecorder):

@@ -53,6 +53,17 @@ class FaultEntry(_Entry):
     until: float | None
 
 
+class OrderEntry(_Entry):
+    """An order in result.json, with the pose of one to go, the place, distance and person of a hand-over."""
+
+    time: float
+    order: str
+    pose: tuple[float, float, float] | None = None
+    place: tuple[float, float] | None = None
+    distance: float | None = None
+    person: int | None = None
+
+
 class ResultFile(_Entry):
     """What result.json says, as far as a report shows it or a replay needs it."""
 
@@ -76,6 +87,7 @@ class ResultFile(_Entry):
     faults: tuple[FaultEntry, ...] = ()
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
+    orders: tuple[OrderEntry, ...] = ()
     timings: dict[str, float | int | None]
 
     def metric(self, name: str) -> MetricEntry | None:

@@ -21,7 +21,7 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
-from han_bullet.episode import Hook, run_episode
+from han_bullet.episode import Hook, Operator, run_episode
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
@@ -31,6 +31,7 @@ from han_bullet.memory import peak_memory
 from han_bullet.metrics import Metric, Metrics, Value
 from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.noticed_faults import NoticedFault, NoticedFaults
+from han_bullet.orders import GivenOrder, GivenOrders
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
     CommandsRecorder,
@@ -57,6 +58,7 @@ from han_bullet.world_schema import InjectedFault, Sit, World
 
 PERCEPTIONS = ("cameras", "truth")
 LOCALIZATIONS = ("lidar", "truth")
+NOT_CHECKED = "the robot was given orders, so its task was not the world's: no expectation was held against the run"
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ class RunResult:
         faults: Of sensors, as the robot noticed them.
         real_time_factor: Simulated seconds per second of the loop.
         gave_up: Why the robot gave up, in a sentence; None where it did not.
+        orders: That an operator gave; with any, no expectation is held against the run.
     """
 
     folder: Path
@@ -129,6 +132,7 @@ class RunResult:
     faults: tuple[NoticedFault, ...]
     real_time_factor: float
     gave_up: str | None
+    orders: tuple[GivenOrder, ...] = ()
 
 
 def run_world(
@@ -139,6 +143,7 @@ def run_world(
     *,
     layers: Sequence[Layer] = (),
     detector: Detector | None = None,
+    operator: Operator | None = None,
 ) -> RunResult:
     """Run a world to its end.
 
@@ -149,6 +154,7 @@ def run_world(
         hooks: Further onlookers, for example a progress bar.
         layers: Costmap layers of one's own, applied after the standard ones.
         detector: One's own detector of images instead of a shipped one; cameras are then rendered in this process.
+        operator: Gives orders while it runs, and says when it is over; None leaves the robot to the world's task.
 
     Raises:
         BadInputError: The world, an option or a model cannot be used; nothing has been written then.
@@ -169,15 +175,15 @@ def run_world(
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
-        metrics, noticed = Metrics(concrete), NoticedFaults()
+        metrics, noticed, given = Metrics(concrete), NoticedFaults(), GivenOrders()
         recorders = _recorders(concrete, options, folder)
         prepared = time.perf_counter()
-        onlookers = [latency, metrics, noticed, *recorders, *hooks]
-        gave_up = run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers).gave_up
+        onlookers = [latency, metrics, noticed, given, *recorders, *hooks]
+        end = run_episode(simulator, stack, duration=concrete.duration, hooks=onlookers, operator=operator)
         finished = time.perf_counter()
         memory = peak_memory()
     results = metrics.results()
-    checks = check_expectations(concrete.expectations, results)
+    checks = [] if given.orders else check_expectations(concrete.expectations, results)
     simulated, took = simulator.truth_time, finished - prepared
     result |= {
         "localization": stack.localization.name,
@@ -188,7 +194,7 @@ def run_world(
         "layers": [layer.name for layer in stack.layers],
         "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
-        "outcome_detail": gave_up,
+        "outcome_detail": end.gave_up,
         "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
         "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
         "timings": {
@@ -201,8 +207,11 @@ def run_world(
             "peak_memory_mib": memory,
         },
     }
+    if given.orders:
+        result |= {"orders": [order.as_json() for order in given.orders], "checks_detail": NOT_CHECKED}
     write_json(folder / "result.json", result)
-    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, simulated / took, gave_up)
+    factor = simulated / took
+    return RunResult(folder, tuple(results), tuple(checks), noticed.faults, factor, end.gave_up, given.orders)
 
 
 def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pose2D]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.known_devices import KnownDevices
 from han_bullet.messages import Fault, GoTo, HandOver, LaserScan, PoseEstimate, Scene, Seat, Task, TrackedPerson
@@ -23,12 +24,12 @@ class Situation:
     """Keep the devices' last states and the task, and turn them into the layers' scene and the planner's goal.
 
     Args:
-        task: What to do.
+        task: What to do; None: nothing yet.
         devices: Networked devices and what is known of them; None where there are none.
         seats: Sitting areas of the map.
     """
 
-    def __init__(self, *, task: Task, devices: KnownDevices | None = None, seats: Sequence[Seat] = ()) -> None:
+    def __init__(self, *, task: Task | None, devices: KnownDevices | None = None, seats: Sequence[Seat] = ()) -> None:
         self.changed = False
         self._task = task
         self._devices = devices or KnownDevices()
@@ -59,19 +60,40 @@ class Situation:
         self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser)
         return self._scene
 
+    def take(self, task: Task | None) -> Task | None:
+        """Take another task, or none, from the next update on; return it as it is meant.
+
+        A hand-over to a person by id is meant to be where they are now.
+
+        Raises:
+            BadInputError: Nobody with that id is tracked; the old task stays.
+        """
+        if isinstance(task, HandOver):
+            place = task.place_in_world if task.person is None else self._place_of(task.person)
+            task = HandOver(np.array(place, float), task.distance, task.person)
+        self._task = task
+        return task
+
+    def _place_of(self, person: int) -> Array:
+        places = {tracked.id: tracked.position_in_world for tracked in self._scene.people}
+        if person not in places:
+            right = f"one of {', '.join(map(str, sorted(places)))}" if places else "a place, as nobody is tracked now,"
+            raise BadInputError(f"person {person!r} of the hand-over is not tracked; {right} would be right")
+        return places[person]
+
     @property
     def device_faults(self) -> tuple[Fault, ...]:
         """Return which devices are silent, as of the last update."""
         return self._devices.faults
 
-    def goal(self) -> Pose2D:
-        """Return where the robot has to be for its task, as of the last update."""
-        return goal_of(self._task, self._pose_robot_in_world)
+    def goal(self) -> Pose2D | None:
+        """Return where the robot has to be for its task, as of the last update; None where it has none."""
+        return None if self._task is None else goal_of(self._task, self._pose_robot_in_world)
 
     @property
     def goal_is_final(self) -> bool:
         """Tell whether reaching the goal completes the task, rather than giving a view of who is missing."""
-        return isinstance(self._task, GoTo) or self._task.person is not None
+        return not isinstance(self._task, HandOver) or self._task.person is not None
 
 
 def goal_of(task: Task, pose_robot_in_world: Pose2D) -> Pose2D:

@@ -1,18 +1,25 @@
-"""The spine: one observation in, one decision out. With `episode.py` and `messages.py`, this is the whole program."""
+"""The spine: one observation in, one decision out. With `episode.py` and `messages.py`, this is the whole program.
+
+Between two observations somebody outside may give orders: another task, none, or a command to drive by.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from han_bullet.control.caution import speed_factor_among
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
-from han_bullet.control.recovery import Recovery
+from han_bullet.control.recovery import Recovering, Recovery
+from han_bullet.control.teleoperation import HOLD, Teleoperation
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
-from han_bullet.geometry import Twist2D
+from han_bullet.errors import BadInputError
+from han_bullet.geometry import Array, Pose2D, Twist2D
 from han_bullet.health.sensor_health import HealthReport, SensorHealth
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.pose_trail import PoseTrail
@@ -20,9 +27,11 @@ from han_bullet.messages import (
     Fault,
     Frame,
     FrameDetections,
+    GoTo,
     HandOver,
     LegScan,
     Observation,
+    Order,
     Path,
     PoseEstimate,
     RecoveryStep,
@@ -57,6 +66,7 @@ class Decision:
         step: What it tries since it cannot go on; None while it can.
         gave_up: Why it gave up, in a sentence; None as long as it has not.
         legs: What the laser said of people; None where it had nothing to say.
+        orders: What it was told since the last decision.
     """
 
     time: float
@@ -73,11 +83,18 @@ class Decision:
     step: RecoveryStep | None = None
     gave_up: str | None = None
     legs: LegScan | None = None
+    orders: tuple[Order, ...] = ()
+
+    @property
+    def ends_task(self) -> bool:
+        """Tell whether the task is over, well or not; the robot then stands until it has another."""
+        return self.status is Status.ARRIVED or self.gave_up is not None
 
     @property
     def asks_for_hand_over(self) -> bool:
         """Tell whether the robot is asking a person it has chosen to turn to it."""
-        return isinstance(self.scene.task, HandOver) and self.scene.task.person is not None
+        task = self.scene.task
+        return isinstance(task, HandOver) and task.person is not None and self.gave_up is None
 
     @property
     def asks_to_make_way(self) -> bool:
@@ -121,6 +138,69 @@ class NavigationStack:
         self._trail = PoseTrail()
         self._fixed: dict[str, Frame] = {}  # the last frame of each fixed camera, for what it would see
         self._people: tuple[TrackedPerson, ...] = ()
+        self._costmap: Costmap | None = None
+        self._driver = Teleoperation()
+        self._ended: Recovering | None = None  # how the task came to its end, while there is no other
+        self._orders: list[Order] = []
+
+    @property
+    def has_orders(self) -> bool:
+        """Tell whether it was told something that no decision knows of yet."""
+        return bool(self._orders)
+
+    def take(self, task: GoTo | HandOver) -> None:
+        """Take another task from the next step on; what belonged to the old one is forgotten, what was seen is not.
+
+        Args:
+            task: `checks.check_goal` says whether the map allows it. A hand-over that names a person by the id of a
+                track is to them, wherever they are.
+
+        Raises:
+            BadInputError: Nobody with that id is tracked; the old task stays.
+        """
+        taken = self.situation.take(task)
+        self._begin(Order("go_to" if isinstance(task, GoTo) else "hand_over", taken))
+
+    def cancel(self) -> None:
+        """Drop the task: the robot brakes as hard as it may from the next step on and stands where it comes to rest."""
+        self.situation.take(None)
+        self._driver.release()
+        self._begin(Order("cancel"))
+
+    def override(self, command: Twist2D, hold: float = HOLD) -> None:
+        """Let somebody drive: command this instead in the next step and, without another, for so much longer [s].
+
+        Limits of speed and acceleration hold, and the protective stop has the last word. Afterwards the robot goes on
+        with its task; if that was over, it stands where it was driven to.
+
+        Raises:
+            BadInputError: A number is not finite, or the time is negative.
+        """
+        begins = not self._driver.active
+        self._driver.take(command, hold)
+        if begins:
+            self._orders.append(Order("drive"))
+        if self._ended is not None:
+            self.situation.take(None)
+            self._forget()
+
+    def clear_obstacles(self) -> None:
+        """Let all costmap layers forget that remember obstacles; what is still there they mark again."""
+        self.recovery.clear()
+        self._orders.append(Order("clear_obstacles"))
+
+    def plan_between(self, start_in_world: Array, goal_in_world: Array) -> Path | None:
+        """Return the cheapest way between two points, (2,) [m], on the last step's costmap; None where none is free.
+
+        The robot's own way is not touched.
+
+        Raises:
+            BadInputError: There was no step yet, or a number is not finite.
+        """
+        points = np.array([start_in_world, goal_in_world], float)
+        if self._costmap is None or not np.isfinite(points).all():
+            raise BadInputError(f"a way between {points.tolist()} needs finite points, and a step before it")
+        return self.planner.search(self._costmap, *points)
 
     def step(self, observation: Observation) -> Decision:
         """Decide on a command for the robot."""
@@ -136,23 +216,26 @@ class NavigationStack:
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
-        goal = self.situation.goal()
-        path = self.planner.update(
-            costmap,
-            estimate.pose_robot_in_world.position,
-            goal.position,
-            observation.time,
-            self.situation.changed,
-            people,
-        )
+        goal = self.situation.goal() if self._ended is None else None
+        path = None
+        if goal is not None:
+            path = self.planner.update(
+                costmap,
+                estimate.pose_robot_in_world.position,
+                goal.position,
+                observation.time,
+                self.situation.changed,
+                people,
+            )
         # While all cameras work, who is not seen is hidden for a moment, and layers and proximity do.
         factor = min(health.speed_factor, speed_factor_among(people, path) if health.blind else 1.0)
-        command, status = self.follower.follow(path, goal, estimate, people, costmap, factor)
-        if status is Status.ARRIVED and not self.situation.goal_is_final:
-            status = Status.LOOKING
+        command, status = self._drive(path, goal, estimate, people, costmap, factor)
         command, status = self._brake(command, status, observation, estimate)
-        status, step, gave_up = self.recovery.update(estimate, status)
-        self._people = people
+        status, step, gave_up = self._ended or self.recovery.update(estimate, status)
+        if status is Status.ARRIVED or step is RecoveryStep.GIVE_UP:
+            self._ended = status, step, gave_up
+        self._people, self._costmap = people, costmap
+        orders, self._orders = tuple(self._orders), []
         return Decision(
             time=observation.time,
             estimate=estimate,
@@ -168,7 +251,41 @@ class NavigationStack:
             step=step,
             gave_up=gave_up,
             legs=legs,
+            orders=orders,
         )
+
+    def _begin(self, order: Order) -> None:
+        """Begin with another task, or none."""
+        self._forget()
+        self._orders.append(order)
+
+    def _forget(self) -> None:
+        """Forget what belonged to the task before."""
+        self._ended = None
+        self.planner.forget()
+        self.follower.forget()
+        self.recovery.begin_anew()
+
+    def _drive(
+        self,
+        path: Path | None,
+        goal: Pose2D | None,
+        estimate: PoseEstimate,
+        people: Sequence[TrackedPerson],
+        costmap: Costmap,
+        speed_factor: float,
+    ) -> tuple[Twist2D, Status]:
+        """Follow the way to the goal; stand without one; before all do as somebody says who drives."""
+        pose, wanted = estimate.pose_robot_in_world, self._driver.at(estimate.time)
+        if wanted is not None:
+            self.recovery.go_on()
+            return self.follower.drive(wanted, pose), Status.LOST if estimate.lost else Status.TELEOPERATED
+        if goal is None:
+            return self.follower.stand(pose), Status.LOST if estimate.lost else Status.IDLE
+        command, status = self.follower.follow(path, goal, estimate, people, costmap, speed_factor)
+        if status is Status.ARRIVED and not self.situation.goal_is_final:
+            status = Status.LOOKING
+        return command, status
 
     def _see(
         self, observation: Observation, estimate: PoseEstimate
@@ -200,7 +317,8 @@ class NavigationStack:
         command, braked = self.protective_stop.limit(command, observation.laser, twist, observation.time)
         if braked:
             self.follower.overruled(command, estimate.pose_robot_in_world)
-            status = Status.PROTECTIVE_STOP if status in (Status.MOVING, Status.YIELDING) else status
+            driving = status in (Status.MOVING, Status.YIELDING, Status.TELEOPERATED)
+            status = Status.PROTECTIVE_STOP if driving else status
         return command, status
 
     def _find_legs(self, observation: Observation, estimate: PoseEstimate) -> LegScan | None:

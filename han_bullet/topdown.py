@@ -17,9 +17,9 @@ from han_bullet.costmap.grid import FREE, INSCRIBED, SOCIAL_MAX, UNKNOWN, Costma
 from han_bullet.episode import Tick
 from han_bullet.geometry import Array, Pose2D, SolidBox
 from han_bullet.lettering import Anchor, Colour, Lettering, Picture
-from han_bullet.messages import LaserScan, Posture, TrackedPerson, TruePerson
+from han_bullet.messages import GoTo, LaserScan, Posture, Task, TrackedPerson, TruePerson
 from han_bullet.metrics.tally import PERSON_RADIUS
-from han_bullet.world_schema import CeilingCamera, GoToTask, World
+from han_bullet.world_schema import CeilingCamera, World
 
 OUTSIDE: Colour = (226, 230, 235)
 FLOOR: Colour = (253, 253, 251)
@@ -65,7 +65,7 @@ class TopDownView:
     """Draw ticks onto a map of the world that fills a picture as far as its shape allows.
 
     Args:
-        world: Building, cameras and task.
+        world: Building and cameras.
         size: Width and height of the picture [px].
         lettering: For names and labels.
     """
@@ -99,7 +99,7 @@ class TopDownView:
         """
         self._draw_costs(picture, tick.decision.costmap)
         self._draw_building(picture, dict(tick.truth.devices_on), tick.truth.taken_away)
-        self._draw_goal(picture)
+        self._draw_goal(picture, tick.decision.scene.task)
         self._draw_ways(picture, tick)
         for person in tick.truth.people:
             self._draw_person(picture, person)
@@ -149,12 +149,14 @@ class TopDownView:
         anchor: Anchor = "centre" if along_corridor else "left"
         self._lettering.write(picture, camera.name, spot, SMALL_SIZE, CAMERA, anchor=anchor, halo=PALE)
 
-    def _draw_goal(self, picture: Picture) -> None:
+    def _draw_goal(self, picture: Picture, task: Task | None) -> None:
         """Draw a ring as large as the robot, with a nose where the task asks for a direction."""
-        task, radius = self._world.task, self._world.robot.radius
-        place = np.array(task.pose[:2] if isinstance(task, GoToTask) else task.place)
-        if isinstance(task, GoToTask):
-            self._nose(picture, Pose2D(*task.pose), (radius, radius + 0.12), GOAL, 3)
+        if task is None:
+            return
+        radius = self._world.robot.radius
+        place = task.pose_in_world.position if isinstance(task, GoTo) else task.place_in_world
+        if isinstance(task, GoTo):
+            self._nose(picture, task.pose_in_world, (radius, radius + 0.12), GOAL, 3)
         drawing.disc(picture, self.pixels(place), radius * self.scale, PALE, GOAL)
         drawing.disc(picture, self.pixels(place), 4.0, GOAL)
 

@@ -172,3 +172,19 @@ def test_a_robot_that_found_itself_forgets_what_it_marked_about_a_wrong_pose() -
     assert memory.cleared == 0
     robot.go_on(1.0, Status.MOVING, speed=1.0)
     assert memory.cleared == 1
+
+
+@pytest.mark.parametrize(("status", "steps"), [(Status.WAITING, [WAIT, ASK, GIVE_UP]), (Status.LOST, [WAIT])])
+def test_with_another_task_the_steps_begin_anew(status: Status, steps: list[RecoveryStep]) -> None:
+    robot = Robot()
+    robot.go_on(40.0, status)
+    assert robot.gave_up is not None
+    robot.recovery.begin_anew()
+    robot.time += PERIOD
+    assert [step for step, _ in groupby(robot.go_on(30.0, status))][: len(steps)] == steps
+    assert robot.searches == (2 if status is Status.LOST else 0)
+
+
+@pytest.mark.parametrize("status", [Status.IDLE, Status.TELEOPERATED])
+def test_a_robot_without_a_task_or_that_is_driven_does_not_recover(status: Status) -> None:
+    assert set(Robot().go_on(60.0, status)) == {None}

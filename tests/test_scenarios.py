@@ -305,7 +305,7 @@ def test_a_layer_of_ones_own_is_obeyed_and_a_robot_without_a_way_says_so(tmp_pat
 def test_the_documentations_layer_moves_the_robot(tmp_path: Path) -> None:
     text = (Path(__file__).parent.parent / "docs/index.md").read_text()
     names: dict[str, Any] = {"__name__": "documentation"}
-    exec(text.split("```python\n")[1].split("```")[0], names)
+    exec(text.split("## A layer of your own")[1].split("```python\n")[1].split("```")[0], names)
     rows = []
     for layers in ([], [names["QuietCorner"]()]):
         run_world("real2", RunOptions(perception="truth", video=False), tmp_path, layers=layers)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from han_bullet.device_payload import write_payload
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.known_devices import KnownDevices
 from han_bullet.messages import Device, DeviceMessage, GoTo, HandOver, PoseEstimate, Posture, TrackedPerson
@@ -131,3 +132,37 @@ def test_who_has_walked_on_is_looked_for_where_they_were_last_and_then_at_the_pl
     assert isinstance(scene.task, HandOver) and scene.task.person == 4
     situation.update(at(3.0, pose=Pose2D(8.3, 0.0, 0.0)), [])
     assert situation.goal().position == pytest.approx([5.0, 0.0])
+
+
+def test_without_a_task_there_is_no_goal_and_the_scene_has_none() -> None:
+    situation = Situation(task=None)
+    assert situation.update(at(0.0), [person(2.0, 0.0)]).task is None
+    assert situation.goal() is None
+
+
+def test_another_hand_over_forgets_whom_the_old_one_had_chosen() -> None:
+    situation = Situation(task=HandOver(np.array([5.0, 0.0])))
+    people = [person(5.0, 0.0, number=3), person(9.0, 0.0, number=4)]
+    old = situation.update(at(0.0), people).task
+    assert isinstance(old, HandOver) and old.heading is not None
+    situation.take(HandOver(np.array([9.0, 0.0]), heading=old.heading, position_in_world=old.position_in_world))
+    task = situation.update(at(0.1), people).task
+    assert isinstance(task, HandOver) and task.person == 4 and task.position_in_world == pytest.approx([9.0, 0.0])
+
+
+def test_a_hand_over_to_somebody_is_meant_where_they_are_now() -> None:
+    situation = Situation(task=None)
+    situation.update(at(0.0), [person(5.0, 0.0, number=3), person(5.2, 0.0, number=4)])
+    meant = situation.take(HandOver(np.array([5.0, 0.0]), person=4))
+    assert isinstance(meant, HandOver) and meant.place_in_world == pytest.approx([5.2, 0.0])
+    task = situation.update(at(0.1), [person(5.0, 0.0, number=3), person(5.4, 0.0, number=4)]).task
+    assert isinstance(task, HandOver) and task.person == 4
+
+
+def test_a_hand_over_to_nobody_is_refused_and_the_old_task_stays() -> None:
+    situation = Situation(task=GoTo(Pose2D(1.0, 2.0, 0.0)))
+    for people, right in (([], "a place, as nobody is tracked now,"), ([person(1.0, 0.0, number=2)], "one of 2")):
+        situation.update(at(0.0), people)
+        with pytest.raises(BadInputError, match=f"person 7 of the hand-over is not tracked; {right} would be right"):
+            situation.take(HandOver(np.array([5.0, 0.0]), person=7))
+        assert situation.goal() == Pose2D(1.0, 2.0, 0.0)

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 from ticks import CAMERA, found, frame, make_world, on_floor, person, tick, track
 
+from han_bullet.assembly import task_of
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layers import standard_layers
 from han_bullet.episode import Tick
 from han_bullet.errors import HanError
 from han_bullet.lettering import Lettering
-from han_bullet.messages import Fault, Scene
+from han_bullet.messages import Fault, Scene, Status
 from han_bullet.messages import Path as Way
-from han_bullet.panels import BOX, FAULT
+from han_bullet.panels import BOX, FAULT, STATUS_COLOURS
 from han_bullet.topdown import GOAL, PATH, ROBOT, TRACK, TopDownView
 from han_bullet.video import CAMERA_HEIGHT, MAP_HEIGHT, TITLE_HEIGHT, WIDTH, VideoRecorder
 from han_bullet.world_schema import World
@@ -96,7 +97,7 @@ def test_goal_path_and_track_are_drawn_where_they_are():
     world = with_camera()
     way = Way(np.array([[2.0, 1.0], [10.0, 1.0]]), cost=8.0)
     picture = VideoRecorder(Path("unused.mp4"), world).draw(
-        tick(0, robot=(2.0, 1.0, 0.0), tracks=[track(0, 6.0, -0.5)], path=way)
+        tick(0, robot=(2.0, 1.0, 0.0), tracks=[track(0, 6.0, -0.5)], path=way, scene=Scene(0.0, task=task_of(world)))
     )
     for point, colour in (((18.0, 0.0), GOAL), ((9.0, 1.0), PATH), ((6.0, -0.5), TRACK)):
         column, row = place_of(world, point).astype(int)
@@ -231,3 +232,13 @@ def test_a_noticed_fault_stands_in_the_title_and_on_its_image_whose_unused_boxes
         assert like(picture[:TITLE_HEIGHT], FAULT).any() == letters
         assert like(picture[-CAMERA_HEIGHT:], FAULT).any() == letters
         assert like(picture[-CAMERA_HEIGHT:], BOX, 10).any() == boxes
+
+
+def test_every_status_has_a_colour_to_be_shown_in():
+    assert set(STATUS_COLOURS) == set(Status)
+
+
+def test_a_robot_without_a_task_has_no_goal_in_the_picture():
+    picture = VideoRecorder(Path("unused.mp4"), with_camera()).draw(tick(0, robot=(2.0, 1.0, 0.0)))
+    column, row = place_of(with_camera(), (18.0, 0.0)).astype(int)
+    assert not like(picture[row - 1 : row + 2, column - 1 : column + 2], GOAL, 1).any()

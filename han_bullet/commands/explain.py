@@ -113,6 +113,9 @@ def _print_way(way: WayExplained, console: Console) -> None:
     if way.step is not None:
         since, step = way.step
         console.print(f"it cannot go on: since {since:.2f} s it {step.value}", soft_wrap=True)
+    if not way.has_task:
+        console.print("it has no task", soft_wrap=True)
+        return
     if way.best is None:
         console.print("there is no free way", soft_wrap=True)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from han_bullet.commands.fault_option import HELP, fault
 from han_bullet.commands.parsing import Commands, Parser, command, names, natural, output_folder, positive
+from han_bullet.commands.ros_option import add_ros_options, open_bridge
 
 if TYPE_CHECKING:
     from han_bullet.metrics import Metric
@@ -33,7 +35,8 @@ def add(commands: Commands[Parser]) -> None:
         "  han-bullet run my_world.yaml --cameras camera1,onboard --pass right\n"
         "  han-bullet run real3 --mqtt localhost\n"
         "  han-bullet run real2 --fault camera2=frozen@5 --fault camera1=dropped:0.5\n"
-        "  han-bullet run real2 --fault all=black@3-6   (all cameras, from 3 s to 6 s)",
+        "  han-bullet run real2 --fault all=black@3-6   (all cameras, from 3 s to 6 s)\n"
+        "  han-bullet run real2 --ros --stay   (publish on ROS 1; go where rviz says, until Ctrl-C)",
     )
     add_option = parser.add_argument
     add_option("world", metavar="WORLD", help="a name from `han-bullet worlds` or a path to a YAML file")
@@ -67,7 +70,7 @@ def add(commands: Commands[Parser]) -> None:
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
     add_option("--mirrored", action="store_true", help="run the world's mirror image: left for right, --pass included")
     add_option("--workers", type=positive, default=os.cpu_count() or 1, metavar="N", help="camera processes; 1: none")
-    add_option("--video", action=argparse.BooleanOptionalAction, default=True, help="write video.mp4 (default)")
+    add_option("--video", action=argparse.BooleanOptionalAction, help="write video.mp4 (default)")
     add_option("--gui", action="store_true", help="open PyBullet's window")
     add_option(
         "--mqtt", metavar="HOST[:PORT]", help="devices speak through this MQTT broker (default: in this process)"
@@ -77,6 +80,7 @@ def add(commands: Commands[Parser]) -> None:
         "--out", type=output_folder, metavar="DIR", help="folder of the results (default runs/NAME of the world file)"
     )
     add_option("--check", action="store_true", help="exit 1 if an expectation of the world is not met")
+    add_ros_options(parser)
     parser.set_defaults(handler=_run)
 
 
@@ -95,6 +99,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.world_file import load_world
 
     world = load_world(options.world)
+    video = options.video if options.video is not None else not options.stay
     run_options = RunOptions(
         seed=options.seed,
         perception=options.perception,
@@ -106,14 +111,16 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         pass_side=options.pass_side,
         mirrored=options.mirrored,
         workers=options.workers,
-        video=options.video,
+        video=video,
         gui=options.gui,
         mqtt=options.mqtt,
         faults=tuple(options.faults),
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
     bar = ProgressBar(world.name, world.duration, console)
-    result = run_world(options.world, run_options, folder, hooks=[bar])
+    with contextlib.ExitStack() as closing:
+        bridge, onlookers = open_bridge(options, closing)
+        result = run_world(options.world, run_options, folder, hooks=[bar, *onlookers], operator=bridge)
     _print_metrics(result, console)
     _print_faults(result, console)
     if result.gave_up is not None:
@@ -122,10 +129,12 @@ def _run(options: argparse.Namespace, console: Console) -> int:
     for check in failed:
         told = f"{check.metric} is {check.value}, expected {check.expected}"
         console.print(f"[red]not met[/]: {escape(told)}", soft_wrap=True)
+    if result.orders:
+        console.print(f"expectations not checked: the robot was given {len(result.orders)} orders", soft_wrap=True)
     if result.checks and not failed:
         console.print(f"[green]all {len(result.checks)} expectations met[/]")
     console.print(f"real-time factor {result.real_time_factor:.2f}; results in {folder}/", markup=False, soft_wrap=True)
-    if options.video:
+    if video:
         console.print(f"video: {folder / 'video.mp4'}", markup=False, soft_wrap=True)
     return 1 if options.check and failed else 0
 

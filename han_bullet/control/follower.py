@@ -88,15 +88,15 @@ class Follower:
         """
         pose = estimate.pose_robot_in_world
         if estimate.lost:
-            return self._command(np.zeros(2), 0.0, pose), Status.LOST
+            return self.stand(pose), Status.LOST
         if self._has_arrived(goal, pose):
-            return self._command(np.zeros(2), 0.0, pose), Status.ARRIVED
+            return self.stand(pose), Status.ARRIVED
         if speed_factor == 0.0:
-            return self._command(np.zeros(2), 0.0, pose), Status.BLIND
+            return self.stand(pose), Status.BLIND
         if pose.distance_to(goal.position) <= self.tolerance_position:  # even if somebody now blocks the goal's cell
             path = path or Path(np.vstack([pose.position, goal.position]), 0.0)
         if path is None:
-            return self._command(np.zeros(2), 0.0, pose), Status.WAITING
+            return self.stand(pose), Status.WAITING
         yaw = goal.yaw if pose.distance_to(goal.position) < TURN_AT else pose.yaw
         way = Way(_ending_at(goal.position, path.points_in_world, costmap.resolution))
         if self._stands_before(goal, way):
@@ -110,6 +110,21 @@ class Follower:
             fastest = speed_factor * self.max_speed
             velocity, yielding = self._velocity(way, target, fastest, wrap_angle(yaw - pose.yaw), people)
         return self._command(velocity, self._turn(yaw - pose.yaw), pose), Status.YIELDING if yielding else Status.MOVING
+
+    def stand(self, pose: Pose2D) -> Twist2D:
+        """Return the command that brakes to a stand, and then keeps standing, at that pose."""
+        return self._command(np.zeros(2), 0.0, pose)
+
+    def drive(self, wanted: Twist2D, pose: Pose2D) -> Twist2D:
+        """Return the command nearest to what somebody wants who drives the robot that the limits allow at that pose."""
+        self.forget()
+        part = min(1.0, self.max_speed / max(wanted.speed, 1e-9))
+        omega = min(max(wanted.omega, -self.max_yaw_rate), self.max_yaw_rate)
+        return self._command(part * wanted.linear_in_world(pose.yaw), omega, pose)
+
+    def forget(self) -> None:
+        """Forget that it has arrived anywhere: it has another goal, or somebody drives it away."""
+        self._arrived_at = None
 
     def overruled(self, command: Twist2D, pose: Pose2D) -> None:
         """Take note that the base got another command than the one returned last, at that pose."""

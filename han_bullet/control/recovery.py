@@ -17,7 +17,8 @@ from han_bullet.messages import PoseEstimate, RecoveryStep, Status
 PROGRESS = 0.5  # from where it stood: so far on, the robot goes on again [m]
 SOME_PROGRESS = 0.02  # each gives the present step its time anew [m], or a robot that sets off would be stopped
 LOST_FOR = 1.0  # before it looks for itself [s]: until it stands
-NOT_STUCK = (Status.ARRIVED, Status.LOOKING, Status.BLIND)  # no step helps who waits for its sensors
+# No step helps who waits for its sensors, for an order or for who drives it.
+NOT_STUCK = (Status.ARRIVED, Status.LOOKING, Status.BLIND, Status.IDLE, Status.TELEOPERATED)
 DONE = {
     RecoveryStep.WAIT: "waited",
     RecoveryStep.CLEAR: "cleared the obstacle layer",
@@ -86,11 +87,9 @@ class Recovery:
             step = self._lost.climb(estimate.time)
             why = f"lost for {self._lost.elapsed(estimate.time):.0f} s"
             return status, step, self._reason(why, self._lost) if step is RecoveryStep.GIVE_UP else None
-        if self._lost.taken:  # what the laser met was marked about a wrong pose
-            self.clear()
-        self._lost.leave()
+        self._end_search()
         if status in NOT_STUCK:
-            self._from = None
+            self.go_on()
             return status, None, None
         self._note_progress(estimate)
         step = self._stuck.climb(estimate.time)
@@ -100,6 +99,20 @@ class Recovery:
             return Status.BLOCKED, step, self._reason(why, self._stuck)
         on_its_way = step is RecoveryStep.WAIT and status is not Status.WAITING
         return status, None if on_its_way else step, None
+
+    def begin_anew(self) -> None:
+        """Begin with the first step when it is next stuck or lost: it has another task."""
+        self.go_on()
+        self._end_search()
+
+    def go_on(self) -> None:
+        """Take it that the robot is not stuck: it need not get on, or somebody drives it."""
+        self._from = None
+
+    def _end_search(self) -> None:
+        if self._lost.taken:  # what the laser met was marked about a wrong pose
+            self.clear()
+        self._lost.leave()
 
     def _note_progress(self, estimate: PoseEstimate) -> None:
         position = estimate.pose_robot_in_world.position

@@ -148,6 +148,7 @@ class WayExplained:
         kept_shift: Of the way taken against the best one.
         sides: True person whom the best way passes -> on which side of it they are.
         layers: Effects, in the order of the layers.
+        has_task: Whether the robot had anywhere to go.
     """
 
     status: Status
@@ -159,6 +160,7 @@ class WayExplained:
     kept_shift: Shift | None
     sides: dict[str, str]
     layers: tuple[LayerEffect, ...]
+    has_task: bool = True
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.geometry import Array, Pose2D, Twist2D
 from han_bullet.messages import (
     Detections,
     DeviceMessage,
@@ -33,9 +33,20 @@ from han_bullet.recorder import (
     LASER_HEADER,
     LEGS_HEADER,
     ODOMETRY_HEADER,
+    POSES_HEADER,
     ray_columns,
 )
-from han_bullet.run_folder import Doing, ResultFile, Table, is_run, read_doings, read_result, read_table, steps_of
+from han_bullet.run_folder import (
+    Doing,
+    OrderEntry,
+    ResultFile,
+    Table,
+    is_run,
+    read_doings,
+    read_result,
+    read_table,
+    steps_of,
+)
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD, World
 
@@ -128,6 +139,10 @@ class RecordedRun:
             raise BadInputError(f"time is {time:g} s; the run {str(self.folder)!r} lasts from 0 to {end:g} s")
         return min(int(time / CONTROL_PERIOD + 1e-6), len(self.truths) - 1)
 
+    def orders_at(self, number: int) -> list[OrderEntry]:
+        """Return the orders that the decision of a tick was the first to know of."""
+        return [order for order in self.result.orders if round(order.time / CONTROL_PERIOD) == number]
+
     def doing_at(self, time: float) -> tuple[Status, RecoveryStep | None] | None:
         """Return what the robot was up to at a time [s], and what it tried if it could not go on; None: not written."""
         status, step = next(((s, step) for since, s, step in reversed(self.doings) if since <= time), (None, None))
@@ -215,9 +230,20 @@ def _messages(table: Table) -> dict[int, list[DeviceMessage]]:
 
 
 def _poses(table: Table) -> dict[int, PoseEstimate]:
-    rows = table.numbers("time", "x", "y", "yaw", "lost").tolist()
-    estimates = (PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(lost)) for time, x, y, yaw, lost in rows)
+    rows = table.numbers(*POSES_HEADER).tolist()
+    estimates = (
+        PoseEstimate(time, Pose2D(x, y, yaw), _symmetric(upper), lost=bool(lost))
+        for time, x, y, yaw, lost, *upper in rows
+    )
     return dict(zip(table.ticks().tolist(), estimates, strict=True))
+
+
+def _symmetric(upper: Sequence[float]) -> Array:
+    """Return the symmetric matrix, shape (3, 3), of the numbers of its upper triangle, row by row."""
+    matrix = np.zeros((3, 3))
+    matrix[np.triu_indices(3)] = upper
+    matrix.T[np.triu_indices(3)] = upper
+    return matrix
 
 
 def _odometry(table: Table) -> dict[int, Odometry]:

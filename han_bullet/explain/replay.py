@@ -17,12 +17,15 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import FrameRow, RecordedRun, TrackRow
+from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
     CameraImage,
     Detections,
     Frame,
     FrameDetections,
+    GoTo,
+    HandOver,
     LaserScan,
     LegScan,
     Observation,
@@ -34,6 +37,7 @@ from han_bullet.messages import (
     TrackedPerson,
     Truth,
 )
+from han_bullet.run_folder import OrderEntry
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.tracker import PeopleTracker
@@ -171,7 +175,7 @@ def replay(run: RecordedRun, time: float) -> Replay:
     differences = []
     for number in range(last + 1):
         observation = recorded_observation(run, number)
-        decision = stack.step(observation)
+        decision = decide_again(run, stack, observation)
         looks |= _looks(run, decision)
         differences.append(_apart(decision.people, run.tracks.get(number, ())))
     first = next((number for number, apart in enumerate(differences) if apart > AGREEMENT), None)
@@ -215,6 +219,27 @@ def recorded_stack(run: RecordedRun) -> NavigationStack:
     )
     stack.recovery = RecordedRecovery(run, [layer for layer in stack.layers if isinstance(layer, Clearable)])
     return stack
+
+
+def decide_again(run: RecordedRun, stack: NavigationStack, observation: Observation) -> Decision:
+    """Return the decision on an observation of a run, given the orders that were given then."""
+    for order in run.orders_at(round(observation.time / CONTROL_PERIOD)):
+        _give(stack, order)
+    return stack.step(observation)
+
+
+def _give(stack: NavigationStack, order: OrderEntry) -> None:
+    """Give the stack an order again; a hand-over to somebody by the place where they were, as tracks may differ."""
+    if order.pose is not None:
+        stack.take(GoTo(Pose2D(*order.pose)))
+    elif order.place is not None and order.distance is not None:
+        stack.take(HandOver(np.array(order.place), order.distance))
+    elif order.order == "cancel":
+        stack.cancel()
+    elif order.order == "clear_obstacles":
+        stack.clear_obstacles()
+    elif order.order == "drive":
+        stack.override(Twist2D(), hold=0.0)
 
 
 def recorded_observation(run: RecordedRun, number: int) -> Observation:

@@ -51,7 +51,8 @@ class WayReport:
             length_of(self._best),
             shift_between(taken, self._best),
             self._sides(self._best),
-            tuple(self._effect(layer) for layer in self._stack.layers),
+            () if self._goal is None else tuple(self._effect(layer) for layer in self._stack.layers),
+            self._goal is not None,
         )
 
     def _effect(self, layer: Layer) -> LayerEffect:
@@ -84,6 +85,8 @@ class WayReport:
     def _plan(self, costmap: Costmap) -> Array | None:
         """Return the best way, as a planner finds it that is on none yet."""
         decision, start = self._tick.decision, self._tick.decision.estimate.pose_robot_in_world.position
+        if self._goal is None:
+            return None
         planner = Planner(weight=self._weight)
         path = planner.update(costmap, start, self._goal.position, decision.time, True, decision.people)
         return None if path is None else path.points_in_world

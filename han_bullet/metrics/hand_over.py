@@ -52,9 +52,11 @@ class HandOverTally(Tally):
         self._place = np.array(task.place)
         self._name: str | None = None
         self._values: dict[str, Value] = dict.fromkeys(self.definitions)
+        self._ordered = False
 
     def record(self, tick: Tick) -> None:
         """Take note of one tick."""
+        self._ordered |= bool(tick.decision.orders)
         people = {person.name: person for person in tick.truth.people}
         if self._name is None and people:
             self._name = min(people, key=lambda name: people[name].pose_in_world.distance_to(self._place))
@@ -71,5 +73,5 @@ class HandOverTally(Tally):
             self._values["hand_over_facing"] = abs(wrap_angle(math.atan2(-y, -x) - robot.yaw))
 
     def values(self) -> dict[str, Value]:
-        """Return distance and angles; None where it did not come to that."""
-        return dict(self._values)
+        """Return distance and angles; None where it did not come to that, or orders made it another hand-over."""
+        return dict.fromkeys(self._values) if self._ordered else dict(self._values)

@@ -18,6 +18,7 @@ from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 WINDOW = 5.0  # [s] [Francis2023]
 LEAST_PROGRESS = 0.1  # [m] in a window [Francis2023]
+OF_WORLDS_TASK = ("success", "time_to_goal", "shortest_path_length", "spl", "stalled_time", "failure_to_progress")
 
 _GOAL = "the task's goal, of a hand-over the place where its person is expected"
 _GEODESIC = (
@@ -39,7 +40,8 @@ class TaskTally(Tally):
         "outcome": Definition(
             "",
             "how the task ended: arrived, blocked (the way or the goal not free for too long), lost (the robot did not "
-            "find out where it is), timeout (nothing of these in time)",
+            "find out where it is), timeout (nothing of these in time); of a robot that was given orders, how the last "
+            f"ended: {', '.join(OF_WORLDS_TASK)} and hand_over_... then have no value",
             elsewhere="SocNavBench: termination_cause",
             headline=True,
         ),
@@ -101,7 +103,7 @@ class TaskTally(Tally):
         self._world = world
         self._contacts = contacts
         self._statuses: list[Status] = []
-        self._gave_up = False
+        self._gave_up = self._ordered = False
         self._rows: list[tuple[float, float, float, float]] = []  # time, x, y, speed
 
     def record(self, tick: Tick) -> None:
@@ -109,12 +111,16 @@ class TaskTally(Tally):
         pose = tick.truth.pose_robot_in_world
         self._statuses.append(tick.decision.status)
         self._gave_up = tick.decision.gave_up is not None
+        self._ordered |= bool(tick.decision.orders)
         self._rows.append((tick.truth.time, pose.x, pose.y, tick.truth.twist_robot_in_body.speed))
 
     def values(self) -> dict[str, Value]:
         """Return outcome, durations and lengths."""
         if not self._rows:
             return dict.fromkeys(self.definitions)
+        return self._values() | (dict.fromkeys(OF_WORLDS_TASK) if self._ordered else {})
+
+    def _values(self) -> dict[str, Value]:
         rows = np.array(self._rows)
         time, places, speed = rows[:, 0], rows[:, 1:3], rows[:, 3]
         arrival = self._statuses.index(Status.ARRIVED) if Status.ARRIVED in self._statuses else None
@@ -139,7 +145,7 @@ class TaskTally(Tally):
         return not any(counts[name] for name in ("contacts_person", "contacts_wall", "contacts_object"))
 
     def _outcome(self) -> str:
-        if Status.ARRIVED in self._statuses:
+        if Status.ARRIVED in (self._statuses[-1:] if self._ordered else self._statuses):
             return "arrived"
         if self._statuses[-1] is Status.BLOCKED:
             return "blocked"

@@ -85,6 +85,15 @@ class Planner:
             return self._up_to_edge(costmap, kept)
         return None if self._behind is None else self._scored(costmap, start_in_world, self._behind)
 
+    def forget(self) -> None:
+        """Forget the way that it is on: the next update searches one."""
+        self._way = self._behind = None
+        self._planned_at = -math.inf
+
+    def search(self, costmap: Costmap, start_in_world: Array, goal_in_world: Array) -> Path | None:
+        """Return the cheapest way between two points, (2,) [m], or None, and keep to the way that it is on."""
+        return self._astar.search(costmap, start_in_world, goal_in_world)
+
     def _choose(self, costmap: Costmap, start_in_world: Array, goal_in_world: Array, kept: Path | None) -> Path | None:
         """Search, and choose between the result and the kept way."""
         best = self._astar.search(costmap, start_in_world, goal_in_world)

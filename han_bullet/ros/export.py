@@ -9,7 +9,7 @@ from pathlib import Path
 
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun
-from han_bullet.explain.replay import recorded_observation, recorded_stack
+from han_bullet.explain.replay import decide_again, recorded_observation, recorded_stack
 from han_bullet.ros.bag import open_bag
 from han_bullet.ros.pictures_again import PicturesAgain
 from han_bullet.ros.publications import Publications
@@ -78,5 +78,6 @@ def _ticks(run: RecordedRun, stack: NavigationStack, *, images: bool) -> Generat
             observation = recorded_observation(run, number)
             if pictures is not None:
                 observation = replace(observation, images=pictures.after(decision))
-            decision = replace(stack.step(observation), command=run.commands[number], faults=run.faults_at(truth.time))
+            decided = decide_again(run, stack, observation)
+            decision = replace(decided, command=run.commands[number], faults=run.faults_at(truth.time))
             yield Tick(observation, decision, truth)

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from han_bullet.markdown import markdown_table
+
 GLOBAL_COSTMAP = "/move_base/global_costmap"
 COSTMAP, COSTMAP_UPDATES = f"{GLOBAL_COSTMAP}/costmap", f"{GLOBAL_COSTMAP}/costmap_updates"
 FOOTPRINT = f"{GLOBAL_COSTMAP}/footprint"
@@ -46,6 +48,18 @@ class Outgoing:
 def topics(cameras: Sequence[str], layers: Sequence[str]) -> tuple[Topic, ...]:
     """Return every topic of a robot with some cameras and costmap layers, by their names."""
     return (*_of_robot(), *_of_navigation(), *_of_costmap(layers), *_of_people(), *_of_cameras(cameras))
+
+
+def table(cameras: Sequence[str], layers: Sequence[str]) -> str:
+    """Return all topics as a Markdown table."""
+    rows = [(f"`{t.name}`", f"`{t.type}`", _how_often(t), t.about) for t in topics(cameras, layers)]
+    return markdown_table(("topic", "type", "how often", "what"), rows)
+
+
+def _how_often(topic: Topic) -> str:
+    if topic.latched:
+        return "latched"
+    return "as it comes" if topic.rate is None else f"{topic.rate:g} Hz at most"
 
 
 def layer_topic(layer: str) -> str:

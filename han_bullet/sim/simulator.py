@@ -34,6 +34,7 @@ class Simulator:
 
     Attributes:
         world: As given.
+        channel: The network of the devices.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class Simulator:
         self.world = world
         self._frame_source = renderer
         self._seed = seed
-        self._channel = channel or EmbeddedChannel()
+        self.channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
         self._load()
@@ -202,8 +203,8 @@ class Simulator:
             self._viewer.show(self.render_state)
         time = self.truth_time
         for device in self._devices:
-            device.tell(time, self._channel, lost=self._faults.loses(device.name, self._tick))
-        return Observation(time, self._odometry.read(time), self._scan(), self._images(), self._channel.receive())
+            device.tell(time, self.channel, lost=self._faults.loses(device.name, self._tick))
+        return Observation(time, self._odometry.read(time), self._scan(), self._images(), self.channel.receive())
 
     def _scan(self) -> LaserScan | None:
         """Sweep the laser when it is due."""

@@ -1,0 +1,65 @@
+"""A run on ROS: it publishes what the robot sees and decides, and takes orders."""
+
+from __future__ import annotations
+
+from han_bullet.device_channel import DeviceChannel
+from han_bullet.episode import Hook, Operator, Tick
+from han_bullet.ros.link import Link
+from han_bullet.ros.orders import RosOrders
+from han_bullet.ros.publications import Publications
+from han_bullet.ros.topics import DESCRIPTION
+from han_bullet.stack import Decision, NavigationStack
+from han_bullet.world_schema import World
+
+
+class RosBridge(Operator, Hook):
+    """Look on at every tick, publish what somebody listens to, and give the robot the orders that come from ROS.
+
+    Args:
+        link: To ROS.
+        stays: Whether to stay on after the task's end, waiting for the next order.
+    """
+
+    def __init__(self, link: Link, *, stays: bool = False) -> None:
+        self._link, self._stays = link, stays
+        link.set_param("/use_sim_time", True)  # others read it when they start, which they may do now
+        self._orders = RosOrders(link)
+        self._joined: dict[str, int] = {}
+        self._leaves = False
+
+    def begin(self, world: World, stack: NavigationStack, channel: DeviceChannel) -> None:
+        """Advertise, subscribe, and say what never changes."""
+        self._publications = Publications(world, [layer.name for layer in stack.layers])
+        self._publications.watch_layers(stack)
+        self._publications.watch_times(stack)
+        self._link.set_param(f"/{DESCRIPTION}", self._publications.robot_description)
+        for topic in self._publications.topics:
+            self._link.advertise(topic.name, topic.type, latched=topic.latched, size=topic.queue_size)
+        for outgoing in self._publications.statics():
+            self._link.publish(outgoing.topic, outgoing.message)
+        self._orders.begin(world, stack, channel)
+
+    def record(self, tick: Tick) -> None:
+        """Publish what a tick has come to, as far as somebody listens."""
+        for topic in self._publications.topics:
+            joined = self._link.listeners(topic.name)
+            if joined > self._joined.get(topic.name, 0):
+                self._publications.greet(topic.name)
+            self._joined[topic.name] = joined
+        for outgoing in self._publications.of(tick.observation, tick.decision, self._is_wanted):
+            self._link.publish(outgoing.topic, outgoing.message)
+
+    def attend(self, decision: Decision) -> None:
+        """Give the orders that have come."""
+        self._orders.attend(decision)
+
+    def is_over(self, decision: Decision, duration: float) -> bool:
+        """Tell whether the episode is over: for who stays, not before they leave."""
+        return self._leaves or (not self._stays and super().is_over(decision, duration))
+
+    def leave(self) -> None:
+        """Let the episode end after this tick."""
+        self._leaves = True
+
+    def _is_wanted(self, topic: str) -> bool:
+        return self._link.listeners(topic) > 0
