@@ -1,4 +1,4 @@
-"""`han-bullet export`: a finished run as a bag for ROS 1 or as MCAP for Foxglove; neither ROS nor a master is needed."""
+"""`han-bullet export`: a finished run as a bag for ROS 1 or as MCAP for Foxglove, made without ROS."""
 
 from __future__ import annotations
 
