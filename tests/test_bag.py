@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import ros_master as ros
 from mcap.reader import make_reader
+from mosquitto import until
 from rosbags.rosbag1 import Reader
 
 from han_bullet.ros.bag import EARLIEST, open_bag
@@ -107,6 +108,29 @@ def test_ros_itself_reads_a_bag(tmp_path: Path) -> None:
     assert last["/map"]["data"] == zlib.crc32(CELLS.tobytes())
     assert (last["/odom"]["header"]["stamp"], last["/odom"]["child_frame_id"]) == (pytest.approx(4.95), "base_link")
     assert last["/people"]["people"][0]["name"] == "7"
+
+
+@pytest.mark.ros
+def test_rosbag_plays_a_bag_and_whoever_comes_late_gets_the_map(ros_master: ros.Master, tmp_path: Path) -> None:
+    path = tmp_path / "run.bag"
+    frames = make("geometry_msgs/TransformStamped", header=header(0.0, "map"), child_frame_id="odom")
+    with open_bag(path, [MAP, Topic("/tf", "tf2_msgs/TFMessage", "frames")]) as bag:
+        bag.write("/map", 0.0, grid())
+        for number in range(2000):
+            bag.write("/tf", 0.05 * number, make("tf2_msgs/TFMessage", transforms=[frames]))
+    with ros.ros_client(ros_master) as client:
+        client.subscribe("/tf", "tf2_msgs/TFMessage")
+        command = [*ros.DIES_WITH_US, "/usr/bin/rosbag", "play", "--quiet", path]
+        player = subprocess.Popen(command, stdin=subprocess.DEVNULL, env=ros_master.environment())
+        try:
+            heard: list[Any] = []
+            until(lambda: bool(heard.extend(client.collected("/tf")) or len(heard) > 10), ros.PATIENCE)
+            late = client.wait_for_message("/map", "nav_msgs/OccupancyGrid")
+        finally:
+            player.kill()
+            player.wait()
+    assert late["data"] == CELLS.tolist()
+    assert heard[0]["transforms"][0]["child_frame_id"] == "odom"
 
 
 @pytest.mark.parametrize("mcap", [False, True])

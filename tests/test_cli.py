@@ -47,7 +47,9 @@ def test_the_schema_can_be_printed_for_editors(capsys: pytest.CaptureFixture[str
     assert json.loads(capsys.readouterr().out) == json_schema()
 
 
-@pytest.mark.parametrize("command", ["worlds", "run", "sweep", "report", "explain", "detect", "evaluate", "train"])
+@pytest.mark.parametrize(
+    "command", ["worlds", "run", "sweep", "report", "explain", "export", "detect", "evaluate", "train"]
+)
 def test_every_command_has_help_with_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])

@@ -10,6 +10,7 @@ from pathlib import Path
 from han_bullet.episode import Tick
 from han_bullet.explain.recorded_run import RecordedRun
 from han_bullet.explain.replay import decide_again, recorded_observation, recorded_stack
+from han_bullet.messages import RecoveryStep
 from han_bullet.ros.bag import open_bag
 from han_bullet.ros.pictures_again import PicturesAgain
 from han_bullet.ros.publications import Publications
@@ -70,7 +71,7 @@ def export(
 
 
 def _ticks(run: RecordedRun, stack: NavigationStack, *, images: bool) -> Generator[Tick, None, None]:
-    """Replay a run tick by tick; what was commanded and noticed is the record's, since a replay lacks some senses."""
+    """Replay a run tick by tick; its commands, the faults it noticed and why it gave up are the record's."""
     with contextlib.ExitStack() as closing:
         pictures = closing.enter_context(PicturesAgain(run)) if images else None
         decision: Decision | None = None
@@ -79,5 +80,6 @@ def _ticks(run: RecordedRun, stack: NavigationStack, *, images: bool) -> Generat
             if pictures is not None:
                 observation = replace(observation, images=pictures.after(decision))
             decided = decide_again(run, stack, observation)
-            decision = replace(decided, command=run.commands[number], faults=run.faults_at(truth.time))
+            gave_up = run.result.outcome_detail if decided.step is RecoveryStep.GIVE_UP else None
+            decision = replace(decided, command=run.commands[number], faults=run.faults_at(truth.time), gave_up=gave_up)
             yield Tick(observation, decision, truth)
