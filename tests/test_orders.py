@@ -25,6 +25,7 @@ from han_bullet.explain.replay import replay
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import DeviceMessage, GoTo, HandOver, Order, RecoveryStep, Status
 from han_bullet.metrics import Metrics
+from han_bullet.report.run_page import write_run_page
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import CONTROL_PERIOD
@@ -374,6 +375,9 @@ def test_a_run_with_orders_lists_them_holds_no_expectation_against_it_and_can_be
     for time, said in ((3.0, "best way: "), (7.5, "it has no task"), (8.5, "somebody drives it"), (11.0, "best way: ")):
         assert main(["explain", str(tmp_path), "--time", str(time)]) == 0
         assert said in capsys.readouterr().out, time
+    page = write_run_page(tmp_path).read_text()
+    assert "The robot ran out of time; it was given orders, so no expectation" in page
+    assert "2.05 s: go to (2.00, 0.50); 6.05 s: hand over to track 0 at (10.5" in page
     for time, end in ((3.0, (2.0, 0.5)), (6.5, (9.6, 0.3)), (11.0, (9.0, 0.0))):
         path = replay(read_run(tmp_path), time).tick.decision.path
         assert path is not None and path.points_in_world[-1] == pytest.approx(end, abs=0.2), time

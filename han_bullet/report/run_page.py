@@ -26,7 +26,7 @@ from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
 from han_bullet.report.run_files import Run, read_run
 from han_bullet.report.run_moments import position_errors
-from han_bullet.run_folder import CheckEntry, MetricEntry, ResultFile
+from han_bullet.run_folder import MetricEntry, OrderEntry, ResultFile
 
 LARGEST_EMBEDDED = 12 * 2**20  # [B] of a video; a third more as text, which browsers still open at once
 KEY_METRICS = (
@@ -59,7 +59,7 @@ def run_page(run: Run) -> bytes:
     result = run.result
     description = run.world.description if run.world is not None else ""
     sections = [
-        Section("expectations", "What the world expects", _checks(result.checks)),
+        Section("expectations", "What the world expects", _checks(result)),
         Section("ways", "Where everybody went", _ways(run)),
         Section("encounters", "How near, how fast", _encounters(run)),
         Section("perception", "What the robot saw of people", _perception(run)),
@@ -74,7 +74,9 @@ def run_page(run: Run) -> bytes:
 def _opening(result: ResultFile) -> Html:
     failed = [check for check in result.checks if not check.passed]
     outcome = OUTCOMES.get(result.outcome, f"The run ended as {result.outcome}")
-    if not result.checks:
+    if result.orders:
+        met = "it was given orders, so no expectation of its world was held against it"
+    elif not result.checks:
         met = "the world states no expectations"
     elif failed:
         met = f"{len(failed)} of {len(result.checks)} expectations are not met"
@@ -102,17 +104,30 @@ def value_text(value: Value) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _checks(checks: tuple[CheckEntry, ...]) -> Html:
-    if not checks:
+def _checks(result: ResultFile) -> Html:
+    if result.orders:
+        told = "; ".join(f"{order.time:.2f} s: {_told(order)}" for order in result.orders)
+        return paragraph(f"No expectation was held against the run, as the robot was given orders. {told}.")
+    if not result.checks:
         return paragraph("The world states no expectations.")
     rows = [
         (
             element("span", "met" if check.passed else "not met", class_="good" if check.passed else "bad"),
             *(check.metric, _in_words(check.expected), value_text(check.value)),
         )
-        for check in sorted(checks, key=lambda check: check.passed)
+        for check in sorted(result.checks, key=lambda check: check.passed)
     ]
     return table(("", "expectation on", "is to be", "is"), rows, words=3)
+
+
+def _told(order: OrderEntry) -> str:
+    """Return an order in words; places in [m]."""
+    if order.pose is not None:
+        return "go to ({:.2f}, {:.2f})".format(*order.pose[:2])
+    if order.place is not None:
+        whom = "" if order.person is None else f"track {order.person} "
+        return f"hand over to {whom}" + "at ({:.2f}, {:.2f})".format(*order.place)
+    return order.order.replace("_", " ")
 
 
 def _in_words(expected: str) -> str:

@@ -1,0 +1,261 @@
+"""A run on ROS, seen and ordered about by rospy clients: `han-bullet run --ros`."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import ros_master as ros
+from mosquitto import until
+
+from han_bullet.ros.topics import COSTMAP, COSTMAP_UPDATES, CURRENT_GOAL, ROBOT_POSE
+
+pytestmark = pytest.mark.ros
+SETTLED = 2.0  # [s] of the clock on the wall: in which orders are carried out, or not
+
+
+@dataclass
+class Robot:
+    """A robot that stays on in real2's corridor, with true perception so that its people are certain; and a client."""
+
+    process: subprocess.Popen[bytes]
+    client: ros.Client
+    folder: Path
+
+    def message(self, topic: str, kind: str) -> dict[str, Any]:
+        return self.client.wait_for_message(topic, kind)
+
+    @property
+    def position(self) -> tuple[float, float]:
+        at = self.message(ROBOT_POSE, "geometry_msgs/PoseWithCovarianceStamped")["pose"]["pose"]["position"]
+        return at["x"], at["y"]
+
+    @property
+    def odometry(self) -> tuple[float, float]:
+        at = self.message("/odom", "nav_msgs/Odometry")["pose"]["pose"]["position"]
+        return at["x"], at["y"]
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        at = self.message(CURRENT_GOAL, "geometry_msgs/PoseStamped")["pose"]["position"]
+        return at["x"], at["y"]
+
+    @property
+    def speed(self) -> float:
+        twist = self.message("/odom", "nav_msgs/Odometry")["twist"]["twist"]["linear"]
+        return math.hypot(twist["x"], twist["y"])
+
+    def send(self, topic: str, kind: str, message: dict[str, Any]) -> None:
+        self.client.publish(topic, kind, message)
+
+    def go_to(self, x: float, y: float, **more: Any) -> None:
+        self.send("/move_base_simple/goal", "geometry_msgs/PoseStamped", stamped(x, y, **more))
+
+    def cancel(self) -> None:
+        self.send("/move_base/cancel", "actionlib_msgs/GoalID", {})
+
+
+def stamped(x: float, y: float, frame: str = "map", w: float = 1.0) -> dict[str, Any]:
+    pose = {"position": {"x": x, "y": y}, "orientation": {"w": w}}
+    return {"header": {"frame_id": frame}, "pose": pose}
+
+
+def run_command(folder: Path, *more: str) -> list[str]:
+    options = ["--perception", "truth", "--no-video", "--out", str(folder)]
+    return [sys.executable, "-m", "han_bullet.cli", "run", "real2", *options, *more]
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Iterator[Robot]:
+    """One robot for all tests of this module; each leaves it standing."""
+    if missing := ros.missing():
+        (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
+    folder = tmp_path_factory.mktemp("robot")
+    with ros.running(tmp_path_factory.mktemp("ros")) as master:
+        environment = {**os.environ, **master.variables}
+        environment.pop("ROS_HOSTNAME", None)
+        with (folder / "log").open("wb") as log:
+            command = run_command(folder, "--ros", "--stay")
+            process = subprocess.Popen(command, env=environment, stdout=log, stderr=subprocess.STDOUT)
+        try:
+            with ros.ros_client(master) as client:
+                robot = Robot(process, client, folder)
+                robot.cancel()
+                client.subscribe("/rosout", "rosgraph_msgs/Log")
+                until(lambda: robot.speed < 0.01, ros.PATIENCE)
+                yield robot
+        finally:
+            process.kill()
+            process.wait()
+
+
+def test_the_tree_of_frames_leads_from_the_map_to_the_wheels_and_cameras(robot: Robot) -> None:
+    edges = {
+        (t["header"]["frame_id"], t["child_frame_id"]) for t in robot.message("/tf", "tf2_msgs/TFMessage")["transforms"]
+    }
+    still = robot.message("/tf_static", "tf2_msgs/TFMessage")["transforms"]
+    edges |= {(t["header"]["frame_id"], t["child_frame_id"]) for t in still}
+    parents = {child: parent for parent, child in edges}
+    assert len(parents) == len(edges)  # each frame has one parent
+    assert {("map", "odom"), ("odom", "base_link")} <= edges
+
+    def root(frame: str) -> str:
+        return root(parents[frame]) if frame in parents else frame
+
+    assert {root(frame) for frame in parents} == {"map"}
+    assert {"camera1_optical_frame", "onboard_optical_frame", "laser"} <= parents.keys()
+
+
+def test_the_map_is_latched_and_the_robot_described_where_rviz_looks(robot: Robot) -> None:
+    grid = robot.message("/map", "nav_msgs/OccupancyGrid")
+    assert len(grid["data"]) == grid["info"]["width"] * grid["info"]["height"]
+    assert set(grid["data"]) <= {-1, 0, 100}
+    assert robot.client.param("/use_sim_time") is True
+    assert "<robot" in robot.client.param("/robot_description")
+
+
+def test_a_subscriber_that_applies_the_updates_has_the_whole_costmap(robot: Robot) -> None:
+    robot.client.subscribe(COSTMAP, "nav_msgs/OccupancyGrid")
+    robot.client.subscribe(COSTMAP_UPDATES, "map_msgs/OccupancyGridUpdate")
+    until(lambda: robot.speed < 0.01, ros.PATIENCE)
+    robot.client.collect("/clock", "rosgraph_msgs/Clock", SETTLED)
+    first, *_ = robot.client.collected(COSTMAP)
+    width, data = first["info"]["width"], list(first["data"])
+    for update in robot.client.collected(COSTMAP_UPDATES):
+        for row in range(update["height"]):
+            start = (update["y"] + row) * width + update["x"]
+            part = update["data"][row * update["width"] : (row + 1) * update["width"]]
+            data[start : start + update["width"]] = part
+    last = robot.client.wait_for_message(COSTMAP, "nav_msgs/OccupancyGrid")
+    assert len(data) == len(last["data"])
+    changed_since = sum(a != b for a, b in zip(data, last["data"], strict=True))
+    assert changed_since < 0.2 * len(data)
+
+
+def test_people_come_as_people_msgs_with_what_its_fields_have_no_room_for(robot: Robot) -> None:
+    (person,) = robot.message("/people", "people_msgs/People")["people"]
+    tags = dict(zip(person["tagnames"], person["tags"], strict=True))
+    assert tags["posture"] in {"standing", "walking"}
+    assert math.isfinite(float(tags["yaw"]))
+
+
+def test_a_plan_is_made_without_going_there_and_costmaps_are_cleared(robot: Robot) -> None:
+    before = robot.position
+    request = {"start": stamped(2.0, 0.0), "goal": stamped(9.0, 0.5), "tolerance": 0.1}
+    poses = robot.client.call("/move_base/make_plan", "nav_msgs/GetPlan", request)["plan"]["poses"]
+    end = poses[-1]["pose"]["position"]
+    assert math.dist((end["x"], end["y"]), (9.0, 0.5)) < 0.1
+    assert robot.client.call("/move_base/clear_costmaps", "std_srvs/Empty") == {}
+    assert math.dist(robot.position, before) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("goal", "reason"),
+    [
+        (stamped(math.nan, 0.0), "not finite"),
+        (stamped(5.0, 0.0, frame="odom"), "'odom'"),
+        (stamped(5.0, 0.0, w=0.0), "norm 0"),
+        (stamped(5.0, 1.55), "5.0, 1.55"),
+        (stamped(50.0, 0.0), "50.0"),
+    ],
+)
+def test_a_malformed_goal_is_refused_on_rosout_and_nothing_moves(
+    robot: Robot, goal: dict[str, Any], reason: str
+) -> None:
+    robot.client.collected("/rosout")
+    before = robot.odometry
+    robot.send("/move_base_simple/goal", "geometry_msgs/PoseStamped", goal)
+    said: list[str] = []
+
+    def refused() -> bool:
+        said.extend(log["msg"] for log in robot.client.collected("/rosout"))
+        return any(reason in text and "/move_base_simple/goal refused" in text for text in said)
+
+    until(refused, ros.PATIENCE)
+    assert robot.speed < 0.01 and math.dist(robot.odometry, before) < 0.001
+
+
+def test_a_pose_is_refused_with_a_word_why(robot: Robot) -> None:
+    robot.client.collected("/rosout")
+    robot.send("/initialpose", "geometry_msgs/PoseWithCovarianceStamped", {})
+    until(lambda: any("localizes itself" in log["msg"] for log in robot.client.collected("/rosout")), ros.PATIENCE)
+
+
+def test_a_goal_is_gone_to_and_cancelled_on_the_way(robot: Robot) -> None:
+    x, _ = robot.position
+    goal = (x + 1.0, 0.0) if x < 8.0 else (x - 1.0, 0.0)
+    robot.go_to(*goal)
+    until(lambda: math.dist(robot.position, goal) < 0.15 and robot.speed < 0.01, 2 * ros.PATIENCE)
+    assert math.dist(robot.goal, goal) < 0.01
+    robot.go_to(goal[0] + (4.0 if x < 8.0 else -4.0), 0.0)
+    until(lambda: robot.speed > 0.2, ros.PATIENCE)
+    robot.cancel()
+    until(lambda: robot.speed < 0.01, ros.PATIENCE)
+    assert 0.1 < math.dist(robot.position, goal) < 3.0
+
+
+def test_somebody_drives_and_the_robot_stops_when_they_let_go(robot: Robot) -> None:
+    before = robot.position
+    for _ in range(10):
+        robot.send("/cmd_vel_teleop", "geometry_msgs/Twist", {"linear": {"x": 0.3}})
+    until(lambda: math.dist(robot.position, before) > 0.03, ros.PATIENCE)
+    until(lambda: robot.speed < 0.01, ros.PATIENCE)
+    assert math.dist(robot.position, before) < 2.0
+
+
+def test_a_hand_over_goes_to_the_person_with_that_id_and_to_nobody_else(robot: Robot) -> None:
+    (person,) = robot.message("/people", "people_msgs/People")["people"]
+    robot.client.collected("/rosout")
+    robot.send("/hand_over", "std_msgs/Int32", {"data": 77})
+    until(lambda: any("77" in log["msg"] for log in robot.client.collected("/rosout")), ros.PATIENCE)
+    robot.send("/hand_over", "std_msgs/Int32", {"data": int(person["name"])})
+    at = person["position"]
+    until(lambda: math.dist(robot.goal, (at["x"], at["y"])) < 2.5, ros.PATIENCE)
+    robot.cancel()
+
+
+def test_at_the_end_its_orders_stand_in_the_result(robot: Robot) -> None:
+    robot.send("/tv/state", "std_msgs/Bool", {"data": True})
+    robot.client.collect("/clock", "rosgraph_msgs/Clock", SETTLED)
+    robot.process.send_signal(signal.SIGINT)
+    assert robot.process.wait(ros.PATIENCE) == 0, (robot.folder / "log").read_text()
+    result = json.loads((robot.folder / "result.json").read_text())
+    given = {order["order"] for order in result["orders"]}
+    assert given == {"go_to", "cancel", "drive", "hand_over", "clear_obstacles"}
+    rows = (robot.folder / "messages.csv").read_text().splitlines()
+    assert any("ros" in row.split(",") and "tv" in row for row in rows), rows[:3]
+    assert robot.client.node("/han_bullet") is None
+
+
+def test_a_run_to_which_nobody_says_anything_is_the_same_with_ros(ros_master: ros.Master, tmp_path: Path) -> None:
+    short = ["--without", "social"]
+    subprocess.run(run_command(tmp_path / "alone", *short), check=True, capture_output=True)
+    with ros.ros_client(ros_master) as client:
+        client.subscribe(COSTMAP, "nav_msgs/OccupancyGrid")
+        client.subscribe("/people", "people_msgs/People")
+        subprocess.run(run_command(tmp_path / "ros", "--ros", *short), check=True, capture_output=True)
+        assert client.collected("/people")
+    for name in ("trace.csv", "tracks.csv", "poses.csv"):
+        assert (tmp_path / "alone" / name).read_bytes() == (tmp_path / "ros" / name).read_bytes(), name
+    results = [json.loads((tmp_path / name / "result.json").read_text()) for name in ("alone", "ros")]
+    for result in results:
+        del result["timings"]
+    assert results[0] == results[1]
+
+
+def test_without_a_master_a_run_ends_with_one_sentence(ros_master: ros.Master, tmp_path: Path) -> None:
+    ros_master.stop()
+    done = subprocess.run(run_command(tmp_path, "--ros"), capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("han-bullet: no ROS master answers at http://127.0.0.1:")
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "result.json").exists()
