@@ -22,6 +22,7 @@ BENCHMARKS = (
     ("planner",),
     ("costmap",),
     ("path_follows_cost",),
+    ("ros_messages",),
     ("tracker",),
     ("joint_events",),
     ("ceiling_frames",),

@@ -27,7 +27,8 @@ class Stage:
         self.clock.time += self.takes
         return arguments
 
-    detect = project = find = follow = limit = update
+    detect = project = find = follow = limit = apply = update
+    name = "static"
 
 
 class Stack:
@@ -36,10 +37,13 @@ class Stack:
     def __init__(self, clock: Clock) -> None:
         for number, name in enumerate(STAGES):
             setattr(self, name, Stage(clock, 0.001 * (number + 1)))
+        self.layers = [Stage(clock, 0.5)]
 
     def step(self, observation: object) -> object:
         for name, method in STAGES.items():
             assert getattr(getattr(self, name), method)(1, 2) == (1, 2)
+        for layer in self.layers:
+            layer.apply(1, 2)
         return observation
 
 
@@ -54,7 +58,7 @@ def watched() -> Iterator[tuple[Clock, Stack, StageTimes]]:
 def test_each_stage_and_the_whole_tick_are_measured(watched: tuple[Clock, Stack, StageTimes]) -> None:
     _, stack, times = watched
     assert stack.step("seen") == "seen"
-    expected = {name: 0.001 * (number + 1) for number, name in enumerate(STAGES)}
+    expected = {name: 0.001 * (number + 1) for number, name in enumerate(STAGES)} | {"layer static": 0.5}
     assert times.mean == pytest.approx(expected | {"step": sum(expected.values())})
 
 

@@ -44,21 +44,22 @@ def pose_stamped(pose: Pose2D, time: float, frame: str) -> Any:
     return make("geometry_msgs/PoseStamped", header=header(time, frame), pose=pose_message(pose))
 
 
-def transform(time: float, parent: str, child: str, translation: Any, rotation: Any) -> Any:
-    """Return a geometry_msgs/TransformStamped of a Vector3 and a Quaternion message."""
+def transform(parent: Any, child: str, translation: Any, rotation: Any) -> Any:
+    """Return a geometry_msgs/TransformStamped of the parent frame's header, a Vector3 and a Quaternion message."""
     moved = make("geometry_msgs/Transform", translation=translation, rotation=rotation)
-    return make("geometry_msgs/TransformStamped", header=header(time, parent), child_frame_id=child, transform=moved)
+    return make("geometry_msgs/TransformStamped", header=parent, child_frame_id=child, transform=moved)
 
 
-def floor_transform(time: float, parent: str, child: str, pose: Pose2D) -> Any:
+def floor_transform(parent: Any, child: str, pose: Pose2D) -> Any:
     """Return the geometry_msgs/TransformStamped that places a child frame at a pose on its parent's floor."""
-    return transform(time, parent, child, vector(pose.x, pose.y), yaw_message(pose.yaw))
+    return transform(parent, child, vector(pose.x, pose.y), yaw_message(pose.yaw))
 
 
-def rigid_transform(time: float, parent: str, child: str, child_in_parent: Array) -> Any:
-    """Return the geometry_msgs/TransformStamped of a rigid transform, shape (4, 4)."""
+def rigid_transform(parent: str, child: str, child_in_parent: Array) -> Any:
+    """Return the geometry_msgs/TransformStamped of a rigid transform that never changes, shape (4, 4)."""
     x, y, z = child_in_parent[:3, 3].tolist()
-    return transform(time, parent, child, vector(x, y, z), rotation_message(quaternion_of(child_in_parent[:3, :3])))
+    turned = rotation_message(quaternion_of(child_in_parent[:3, :3]))
+    return transform(header(0.0, parent), child, vector(x, y, z), turned)
 
 
 def quaternion_of(rotation: Array) -> Quaternion:

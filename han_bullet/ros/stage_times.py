@@ -40,8 +40,10 @@ class StageTimes:
         for name, method in STAGES.items():
             stage = getattr(stack, name)
             setattr(stage, method, self._timed(name, getattr(stage, method)))
+        for layer in stack.layers:
+            setattr(layer, "apply", self._timed(f"layer {layer.name}", layer.apply))  # noqa: B010
         step = self._timed("step", stack.step)
-        setattr(stack, "step", self._counted(step))  # noqa: B010  (a method is not to be assigned to)
+        setattr(stack, "step", self._counted(step))  # noqa: B010  (mypy lets nobody assign to a method)
 
     @property
     def mean(self) -> dict[str, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from han_bullet.geometry import Pose2D
 from han_bullet.messages import Odometry, PoseEstimate
 from han_bullet.ros.frames import BASE, LASER, MAP, ODOM, optical_frame
-from han_bullet.ros.message_types import make
+from han_bullet.ros.message_types import header, make
 from han_bullet.ros.placing import floor_transform, rigid_transform, rotation_message, transform, vector
 from han_bullet.ros.robot_description import Joint, RobotDescription
 from han_bullet.world_schema import Camera, CeilingCamera, Laser, World
@@ -33,13 +33,13 @@ class Transforms:
 
     def __init__(self, world: World, robot: RobotDescription) -> None:
         self._world = world
-        self._wheels = [_TurningFrame(joint) for joint in robot.wheels]
+        self._wheels = [_Wheel(joint) for joint in robot.wheels]
         turning = {joint.name for joint in robot.wheels}
         self._still = [joint for joint in robot.joints if joint.name not in turning]  # the head never turns
 
     def static(self) -> Any:
         """Return what never moves as a tf2_msgs/TFMessage."""
-        robot = [rigid_transform(0.0, joint.parent, joint.child, joint.child_in_parent) for joint in self._still]
+        robot = [rigid_transform(joint.parent, joint.child, joint.child_in_parent) for joint in self._still]
         laser = self._world.robot.laser
         scanner = [] if laser is None else [_laser(laser)]
         return make("tf2_msgs/TFMessage", transforms=[*robot, *scanner, *map(_camera, self._world.cameras)])
@@ -52,38 +52,36 @@ class Transforms:
             odometry: Of the same time.
             wheel_angles: In the order of WHEELS [rad].
         """
-        time = odometry.time
+        time, stamp = odometry.time, header(odometry.time, BASE)
         places = [
-            floor_transform(time, MAP, ODOM, map_to_odom(estimate, odometry)),
-            floor_transform(time, ODOM, BASE, odometry.pose_robot_in_odom),
+            floor_transform(header(time, MAP), ODOM, map_to_odom(estimate, odometry)),
+            floor_transform(header(time, ODOM), BASE, odometry.pose_robot_in_odom),
         ]
-        wheels = [wheel.at(time, angle) for wheel, angle in zip(self._wheels, wheel_angles, strict=True)]
+        wheels = [wheel.at(stamp, angle) for wheel, angle in zip(self._wheels, wheel_angles, strict=True)]
         return make("tf2_msgs/TFMessage", transforms=[*places, *wheels])
 
 
-class _TurningFrame:
-    """The frame of a link that turns about an axis of its own; a wheel's stands upright in its parent's frame."""
+class _Wheel:
+    """The frame of a wheel, which hangs on the base, unturned, and turns about an axis of its own."""
 
     def __init__(self, joint: Joint) -> None:
         assert joint.axis is not None
-        self._joint = joint
+        self._child = joint.child
         self._axis = joint.axis.tolist()
         self._place = vector(*joint.child_in_parent[:3, 3].tolist())
 
-    def at(self, time: float, angle: float) -> Any:
+    def at(self, stamp: Any, angle: float) -> Any:
         s, c = math.sin(0.5 * angle), math.cos(0.5 * angle)
         x, y, z = self._axis
-        return transform(
-            time, self._joint.parent, self._joint.child, self._place, rotation_message((s * x, s * y, s * z, c))
-        )
+        return transform(stamp, self._child, self._place, rotation_message((s * x, s * y, s * z, c)))
 
 
 def _camera(camera: Camera) -> Any:
     parent, mount = (MAP, camera.camera_in_world) if isinstance(camera, CeilingCamera) else (BASE, camera.mount)
-    return rigid_transform(0.0, parent, optical_frame(camera.name), mount)
+    return rigid_transform(parent, optical_frame(camera.name), mount)
 
 
 def _laser(laser: Laser) -> Any:
     mount = np.eye(4)
     mount[:3, 3] = laser.forward, 0.0, laser.height
-    return rigid_transform(0.0, BASE, LASER, mount)
+    return rigid_transform(BASE, LASER, mount)
