@@ -1,4 +1,4 @@
-"""How large an exported run is and how long the export takes: as a bag with LZ4 and with nothing, and as MCAP with zstd.
+"""How large an exported run is, and how long that takes: as a bag with LZ4 or uncompressed, and as MCAP with zstd.
 
 Without compression the bag is the same but for its chunks, which are left as they are. Time is that of the processor:
 replaying the run, making its messages, writing them; with images also driving the simulator again and drawing.

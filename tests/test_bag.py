@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import resource
 import subprocess
+import sys
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,7 @@ from mcap.reader import make_reader
 from mosquitto import until
 from rosbags.rosbag1 import Reader
 
+from han_bullet.errors import BadInputError
 from han_bullet.ros.bag import EARLIEST, open_bag
 from han_bullet.ros.message_types import definition, deserialize, header, make
 from han_bullet.ros.topics import Topic
@@ -169,4 +171,14 @@ def test_a_full_disk_is_told_with_the_files_name_and_leaves_nothing(mcap: bool, 
     with pytest.raises(OSError, match="File too large") as caught:
         write(path, mcap=mcap)
     assert caught.value.filename == str(path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("package", ["mcap.writer", "rosbags.rosbag1"])
+def test_a_missing_package_is_named_with_what_brings_it(
+    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(BadInputError, match=r"han_bullet\[ros\]"), open_bag(tmp_path / "run.bag", TOPICS):
+        pass
     assert list(tmp_path.iterdir()) == []

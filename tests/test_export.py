@@ -16,6 +16,7 @@ import yaml
 from orders import Script
 from rosbags.rosbag1 import Reader
 
+from benchmarks import bags
 from han_bullet.cli import main
 from han_bullet.commands.fault_option import fault
 from han_bullet.costmap.layers import STANDARD
@@ -184,10 +185,9 @@ def test_the_pictures_are_taken_again_to_the_last_bit(seen: Ran, tmp_path: Path)
 def test_a_picture_that_is_another_one_is_refused_and_no_file_is_left(seen: Ran, tmp_path: Path, column: int) -> None:
     folder = tmp_path / "run"
     shutil.copytree(seen.folder, folder)
-    lines = (folder / "frames.csv").read_text().splitlines()
-    cells = lines[6].split(",")
+    cells = (folder / "frames.csv").read_text().splitlines()[6].split(",")
     cells[column] = {3: "12345", 2: "0.050000"}[column]
-    (folder / "frames.csv").write_text("\n".join([*lines[:6], ",".join(cells), *lines[7:]]) + "\n")
+    replace_line(folder / "frames.csv", 6, ",".join(cells))
     with pytest.raises(HanError, match=f"those of {float(cells[0]):.2f} s differ"):
         export(read_run(folder), tmp_path / "run.bag", images=True)
     assert list(tmp_path.iterdir()) == [folder]
@@ -204,16 +204,46 @@ def test_faults_are_those_that_were_noticed_then(blind: Ran, tmp_path: Path) -> 
     shutil.copytree(blind.folder, folder)
     result = json.loads((folder / "result.json").read_text())
     result["faults"] = [
-        {"sensor": "laser", "kind": "dropped", "from": 0.5, "until": 1.0},
+        {"sensor": "laser", "kind": "dropped", "from": 0.5, "until": 1.1},
         {"sensor": "wheels", "kind": "slip", "from": 1.2, "until": None},
     ]
     (folder / "result.json").write_text(json.dumps(result))
     run = read_run(folder)
     dropped, slip = Fault("laser", "dropped", 0.5), Fault("wheels", "slip", 1.2)
-    assert [run.faults_at(time) for time in (0.45, 0.5, 0.95, 1.0, 1.2)] == [(), (dropped,), (dropped,), (), (slip,)]
+    assert [run.faults_at(time) for time in (0.45, 0.5, 1.05, 1.1, 1.2)] == [(), (dropped,), (dropped,), (), (slip,)]
     statuses = [message.status for _, message in exported(folder, tmp_path / "run.bag")["/diagnostics"]]
     laser = [next(status.message for status in those if status.name.endswith("laser")) for those in statuses]
-    assert laser == ["works", "works"] and len(statuses) == 2
+    assert laser == ["works", "dropped since 0.50 s"]
+
+
+def test_commands_and_covariances_are_those_of_the_files(blind: Ran, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(blind.folder, folder)
+    replace_line(folder / "commands.csv", 11, "0.500000,0.123,-0.05,0.3")
+    replace_line(folder / "poses.csv", 11, "0.500000,2.0,0.1,0.2,0,0.01,0.002,-0.003,0.04,0.005,0.06")
+    bag = exported(folder, tmp_path / "run.bag")
+    command, pose = dict(bag["/cmd_vel"])[500_000_000], dict(bag["/amcl_pose"])[500_000_000].pose
+    assert (command.linear.x, command.linear.y, command.angular.z) == (0.123, -0.05, 0.3)
+    among = pose.covariance.reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
+    assert among.tolist() == [[0.01, 0.002, -0.003], [0.002, 0.04, 0.005], [-0.003, 0.005, 0.06]]
+
+
+def replace_line(path: Path, number: int, line: str) -> None:
+    lines = path.read_text().splitlines()
+    assert lines[number].split(",")[0] == line.split(",")[0]
+    path.write_text("\n".join([*lines[:number], line, *lines[number + 1 :]]) + "\n")
+
+
+def test_why_it_gave_up_is_told_as_it_was(blind: Ran, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(blind.folder, folder)
+    with (folder / "status.csv").open("a") as table:
+        table.write("1.000000,blocked,give_up\n")
+    result = json.loads((folder / "result.json").read_text()) | {"outcome_detail": "a crate is in the way"}
+    (folder / "result.json").write_text(json.dumps(result))
+    messages = [message.status for _, message in exported(folder, tmp_path / "run.bag")["/diagnostics"]]
+    before, after = (next(one.message for one in those if one.name.endswith("control")) for those in messages)
+    assert "gave up" not in before and after == "gave up: a crate is in the way"
 
 
 def test_the_command_writes_both_kinds_and_says_what_there_is(
@@ -258,6 +288,12 @@ def test_what_is_no_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["export", str(tmp_path), str(tmp_path / "run.bag")]) == 2
     assert "holds no result.json" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_benchmark_compares_with_what_is_not_compressed(blind: Ran, tmp_path: Path) -> None:
+    plain, lz4, zstd = bags.measured(read_run(blind.folder), tmp_path, images=False, rounds=1)
+    assert (plain[0], plain[4]) == ("bag, none", "1.00")
+    assert float(lz4[4]) < 0.2 and float(zstd[4]) < 0.2 and plain[2] == lz4[2] == zstd[2]
 
 
 @pytest.mark.parametrize("name", ["odometry.csv", "commands.csv", "poses.csv"])

@@ -14,8 +14,8 @@ from han_bullet.ros.message_types import definition, serialize
 from han_bullet.ros.topics import Topic
 
 if TYPE_CHECKING:
-    import mcap.writer
-    import rosbags.rosbag1
+    from mcap.writer import Writer as McapWriter
+    from rosbags.rosbag1 import Writer as BagWriter
 
 CALLER = "/han_bullet"  # the node that would have published
 EARLIEST = 1  # [ns]; to ROS, time 0 is none, and `rosbag play` leaves out what was published then
@@ -52,7 +52,7 @@ class Bag(ABC):
 class Ros1Bag(Bag):
     """A ROS 1 bag, version 2.0; a latched topic is latched again when it is played."""
 
-    def __init__(self, topics: Iterable[Topic], writer: rosbags.rosbag1.Writer) -> None:
+    def __init__(self, topics: Iterable[Topic], writer: BagWriter) -> None:
         super().__init__(topics)
         self._writer = writer
 
@@ -74,7 +74,7 @@ class Ros1Bag(Bag):
 class McapBag(Bag):
     """An MCAP file of the profile "ros1"."""
 
-    def __init__(self, topics: Iterable[Topic], writer: mcap.writer.Writer) -> None:
+    def __init__(self, topics: Iterable[Topic], writer: McapWriter) -> None:
         super().__init__(topics)
         self._writer = writer
         self._schemas: dict[str, int] = {}  # type -> number
@@ -98,23 +98,29 @@ def open_bag(path: Path, topics: Iterable[Topic], *, mcap: bool = False) -> Iter
     Raises:
         BadInputError: The packages that write it are missing.
     """
-    try:
-        opened = _mcap if mcap else _ros1_bag
-        with appearing_whole(path) as temporary, opened(temporary, topics) as bag:
+    bag_writer, mcap_writer = _writers()
+    with appearing_whole(path) as temporary:
+        opened = _mcap(temporary, topics, mcap_writer) if mcap else _ros1_bag(temporary, topics, bag_writer)
+        with opened as bag:
             yield bag
+
+
+def _writers() -> tuple[type[BagWriter], type[McapWriter]]:
+    try:
+        from mcap.writer import Writer as McapWriter
+        from rosbags.rosbag1 import Writer as BagWriter
     except ImportError:
         raise BadInputError(
             "bags need the packages rosbags and mcap; `pip install 'han_bullet[ros]'` brings them"
         ) from None
+    return BagWriter, McapWriter
 
 
 @contextlib.contextmanager
-def _ros1_bag(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
-    from rosbags.rosbag1 import Writer
-
+def _ros1_bag(path: Path, topics: Iterable[Topic], of: type[BagWriter]) -> Iterator[Bag]:
     path.unlink(missing_ok=True)  # where an earlier one was killed; the library writes to new files only
-    writer = Writer(path)
-    writer.set_compression(Writer.CompressionFormat.LZ4)
+    writer = of(path)
+    writer.set_compression(of.CompressionFormat.LZ4)
     writer.compressor = _compressed
     with writer:
         yield Ros1Bag(topics, writer)
@@ -130,11 +136,9 @@ def _compressed(chunk: bytes) -> bytes:
 
 
 @contextlib.contextmanager
-def _mcap(path: Path, topics: Iterable[Topic]) -> Iterator[Bag]:
-    from mcap.writer import Writer
-
+def _mcap(path: Path, topics: Iterable[Topic], of: type[McapWriter]) -> Iterator[Bag]:
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = of(file)
         writer.start(profile="ros1", library="han_bullet")
         yield McapBag(topics, writer)
         writer.finish()  # type: ignore[no-untyped-call]
