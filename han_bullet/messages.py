@@ -5,6 +5,7 @@ All are frozen dataclasses in SI units. Names say the frame. Arrays have the sta
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -100,13 +101,13 @@ class LaserScan:
     range_max: float
     scanner_in_body: Pose2D
 
-    @property
+    @functools.cached_property
     def angles(self) -> Array:
         """Return the directions of the rays in the scanner's frame, shape (n,) [rad]."""
         angles: Array = self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
         return angles
 
-    @property
+    @functools.cached_property
     def points_in_body(self) -> Array:
         """Return where the rays that met something ended, shape (m, 2) [m]."""
         met = np.isfinite(self.ranges)
@@ -446,7 +447,8 @@ class Scene:
         seats: Sitting areas of the map.
         task: What the robot is doing.
         pose_robot_in_world: Where it is; None where it is not known.
-        laser: The scan taken at that pose, or None.
+        laser: The scan that has come, or None.
+        pose_robot_at_scan: Where the robot was in the world when it was taken; None without a scan.
     """
 
     time: float
@@ -456,6 +458,7 @@ class Scene:
     task: Task | None = None
     pose_robot_in_world: Pose2D | None = None
     laser: LaserScan | None = None
+    pose_robot_at_scan: Pose2D | None = None
 
 
 @dataclass(frozen=True)

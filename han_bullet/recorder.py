@@ -7,6 +7,7 @@ equal runs give equal files.
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Sequence
@@ -56,12 +57,26 @@ class TableRecorder(Hook):
 
     def record(self, tick: Tick) -> None:
         """Write the rows of one tick."""
-        self._file.writelines(",".join(map(_text, row)) + "\n" for row in self.rows(tick))
-        self._file.flush()
+        lines = [_line(row) for row in self.rows(tick)]
+        if lines:
+            self._file.writelines(lines)
+            self._file.flush()
 
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+
+def _line(row: Sequence[Cell]) -> str:
+    """Write a row; one of floats alone, such as a scan, at once and not cell by cell."""
+    if set(map(type, row)) == {float}:
+        return _floats(len(row)) % tuple(row)
+    return ",".join(map(_text, row)) + "\n"
+
+
+@functools.cache
+def _floats(count: int) -> str:
+    return ",".join([f"%.{DECIMALS}f"] * count) + "\n"
 
 
 def _text(cell: Cell) -> str:

@@ -44,8 +44,9 @@ class Situation:
         people: Sequence[TrackedPerson],
         device_messages: Sequence[bytes] = (),
         laser: LaserScan | None = None,
+        pose_robot_at_scan: Pose2D | None = None,
     ) -> Scene:
-        """Take in where the robot is, people, what devices sent and what the laser sees.
+        """Take in where the robot is, people, what devices sent, what the laser sees and from where it does.
 
         Afterwards `changed` says whether a device or somebody's posture has changed: that calls for a new plan.
         """
@@ -57,7 +58,9 @@ class Situation:
         self._postures = postures
         if isinstance(self._task, HandOver) and not estimate.lost:
             self._task = _with_person(self._task, people, pose)
-        self._scene = Scene(estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser)
+        self._scene = Scene(
+            estimate.time, tuple(people), self._devices.states, self._seats, self._task, pose, laser, pose_robot_at_scan
+        )
         return self._scene
 
     def take(self, task: Task | None) -> Task | None:

@@ -29,6 +29,7 @@ from han_bullet.messages import (
     FrameDetections,
     GoTo,
     HandOver,
+    LaserScan,
     LegScan,
     Observation,
     Order,
@@ -210,9 +211,8 @@ class NavigationStack:
         legs = self._find_legs(observation, estimate)
         blind = tuple(self._fixed) if estimate.lost else health.blind
         people = self.tracker.update(scans, observation.time, self._views_of(blind), legs)
-        scene = self.situation.update(
-            estimate, people, observation.device_messages, None if estimate.lost else observation.laser
-        )
+        sweep = None if estimate.lost else observation.laser
+        scene = self.situation.update(estimate, people, observation.device_messages, sweep, self._pose_at(sweep))
         costmap = self.free_space.copy()
         for layer in self.layers:  # order matters only to inflation; every layer only raises costs
             layer.apply(costmap, scene)
@@ -323,7 +323,11 @@ class NavigationStack:
 
     def _find_legs(self, observation: Observation, estimate: PoseEstimate) -> LegScan | None:
         """Look for people's legs in the laser's sweep, from where the robot was then."""
-        sweep = observation.laser
-        if sweep is not None:
-            estimate = replace(estimate, pose_robot_in_world=self._trail.pose_at(sweep.time))
-        return self.leg_finder.find(sweep, estimate, self._people)
+        pose = self._pose_at(observation.laser)
+        if pose is not None:
+            estimate = replace(estimate, pose_robot_in_world=pose)
+        return self.leg_finder.find(observation.laser, estimate, self._people)
+
+    def _pose_at(self, sweep: LaserScan | None) -> Pose2D | None:
+        """Return where the robot was when the laser swept, which may have been before this tick."""
+        return None if sweep is None else self._trail.pose_at(sweep.time)

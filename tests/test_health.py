@@ -1,6 +1,7 @@
 """When a pose is doubted, scan by scan."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from simulated_laser import CORRIDOR, CORRIDOR_FLOOR, FLOOR, NOBODY, ROOM, Laser
 from han_bullet.geometry import Pose2D
 from han_bullet.localization.beams import Beams
 from han_bullet.localization.fit import Fit
-from han_bullet.localization.health import Health
+from han_bullet.localization.health import LONGEST_STEP, SUSPECT, TIME_CONSTANT, Health
 from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.occupancy_grid import OccupancyGrid
 from han_bullet.localization.scan_matching import ScanMatcher
@@ -70,3 +71,38 @@ def test_an_end_of_a_corridor_that_is_nearer_than_it_should_be_is_noticed_though
     beams, believed = Beams.of_scan(scan, scan.scanner_in_body), Pose2D(36.0, 0.0, 0.0)
     assert Fit.of(believed, beams, field).good
     assert any(robot.lost(0.1 * k, believed, beams) for k in range(10))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_looking_closely_only_when_the_answer_depends_on_it_changes_no_answer(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    # Bad scans come in bouts; some are plain at once, others ask for a closer look.
+    bad = np.repeat(generator.random(60) < 0.4, generator.integers(1, 6, size=60))
+    plain = generator.random(len(bad)) < 0.3
+    gaps = generator.choice([0.05, 0.1, 0.3], size=len(bad))
+
+    class Told(Health):
+        def _judged(self, pose: Pose2D, beams: Beams) -> bool | Callable[[], bool]:
+            return bool(bad[k]) if plain[k] else lambda verdict=bool(bad[k]): verdict
+
+    robot, beams = Told(FIELD, ScanMatcher(FIELD), np.random.default_rng(0)), seen(HERE)
+    answers, eager, smoothed, time = [], [], 0.0, 0.0
+    for k, gap in enumerate(gaps):
+        time += gap
+        keep = 1.0 if k == 0 else math.exp(-min(gap, LONGEST_STEP) / TIME_CONSTANT)
+        smoothed = keep * smoothed + (1.0 - keep) * bad[k]
+        answers.append(robot.lost(time, HERE, beams))
+        eager.append(smoothed > SUSPECT)
+    assert answers == eager and True in answers and False in answers
+
+
+def test_a_robot_that_knows_where_it_is_looks_closely_at_little_more_than_half_of_the_scans() -> None:
+    looked = []
+
+    class AllGood(Health):
+        def _judged(self, pose: Pose2D, beams: Beams) -> bool | Callable[[], bool]:
+            return lambda: bool(looked.append(True))
+
+    robot, beams = AllGood(FIELD, ScanMatcher(FIELD), np.random.default_rng(0)), seen(HERE)
+    assert not any(robot.lost(0.1 * k, HERE, beams) for k in range(100))
+    assert len(looked) <= 60

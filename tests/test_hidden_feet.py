@@ -144,6 +144,14 @@ def test_changes_that_end_at_the_couch_are_no_feet() -> None:
     assert scan.per_height is not None and scan.per_height.any()
 
 
+def test_a_low_box_whose_changes_end_at_the_couch_is_no_person() -> None:
+    """It holds the legs of nobody, and its upper edge is nobody's head."""
+    upper_edge = pixel_row(19.5, 0.0, 0.8)
+    box = box_of(CEILING, 19.5, 1.0, 0.4, 1.2)
+    assert 0.9 < MAPPED.foot_points(CEILING, np.array([box]), np.array([upper_edge])).heights[0] < 1.3
+    assert len(known_scan(box, upper_edge).positions) == 0
+
+
 def test_a_place_by_the_head_says_how_far_the_persons_height_moves_it() -> None:
     scans = [scan_of(CEILING, box_of(CEILING, 19.0, 1.0, 0.4, height), MAPPED) for height in (1.73, 1.77)]
     moved = (scans[1].positions[0] - scans[0].positions[0]) / 0.04

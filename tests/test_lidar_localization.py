@@ -125,9 +125,8 @@ def test_along_a_corridor_and_in_a_room_the_errors_are_as_large_as_the_covarianc
                 off = error(estimate, true)
                 normalized[place].append(float(off @ np.linalg.solve(estimate.covariance, off)))
     for place, values in normalized.items():
-        assert 3.0 / 9.0 < np.mean(values) < 9.0, (
-            place
-        )  # three numbers: three if honest; rather too careful than too sure
+        # Three numbers: three if honest; rather too careful, as in the room, than too sure.
+        assert 3.0 / 9.0 < np.mean(values) < 5.0, place
 
 
 @pytest.mark.parametrize(

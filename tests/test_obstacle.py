@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,6 +39,11 @@ def track(
     )
 
 
+def seen_from(pose: Pose2D, scan: LaserScan, now: Pose2D | None = None, **known: Any) -> Scene:
+    """Return the scene in which a scan comes that was taken at a pose; the robot is still there unless told."""
+    return Scene(scan.time, pose_robot_in_world=now or pose, laser=scan, pose_robot_at_scan=pose, **known)
+
+
 class Robot:
     """A robot that stands and scans; the map has the walls and the couch."""
 
@@ -68,9 +74,7 @@ class Robot:
             self.time += PERIOD
             discs = [(x, y, 0.1) for x, y in legs]
             scan = scan_of(pose, [*WALLS, COUCH, *new], discs, time=self.time, rng=self.rng)
-            costmap = self.map(
-                Scene(self.time, tuple(people), seats=tuple(seats), pose_robot_in_world=believed(pose), laser=scan)
-            )
+            costmap = self.map(seen_from(believed(pose), scan, people=tuple(people), seats=tuple(seats)))
         return costmap
 
 
@@ -101,8 +105,16 @@ def test_a_scan_counts_once_however_often_it_is_looked_at() -> None:
     robot = Robot()
     scan = scan_of(HERE, [*WALLS, BOX], time=1.0)
     for _ in range(10):
-        costmap = robot.map(Scene(1.0, pose_robot_in_world=HERE, laser=scan))
+        costmap = robot.map(seen_from(HERE, scan))
     assert len(marked(costmap)) == 0
+
+
+def test_a_scan_that_comes_late_is_placed_where_the_robot_was() -> None:
+    robot, prompt = Robot(), marked(Robot().look(BOX, scans=3))
+    for number in range(1, 4):
+        scan = scan_of(HERE, [*WALLS, COUCH, BOX], time=PERIOD * number, rng=robot.rng)
+        costmap = robot.map(seen_from(HERE, scan, now=Pose2D(HERE.x + 0.6, HERE.y - 0.2, 0.4)))
+    assert np.array_equal(marked(costmap), prompt) and len(prompt) > 0
 
 
 def test_what_is_cleared_is_free_at_once_and_marked_anew_if_it_is_still_there() -> None:
@@ -138,7 +150,7 @@ def test_rays_that_meet_nothing_clear_too() -> None:
     assert np.isinf(nothing.ranges).all()
     for number in range(1, 11):
         scan = LaserScan(robot.time + number * PERIOD, *[getattr(nothing, name) for name in REST])
-        costmap = robot.map(Scene(scan.time, pose_robot_in_world=HERE, laser=scan))
+        costmap = robot.map(seen_from(HERE, scan))
     assert len(marked(costmap)) == 0
 
 

@@ -1,12 +1,13 @@
-"""Changes that end where the robot does are not a person's feet: told by where the robot shows in the image."""
+"""What ends where the robot does is not a person's feet: told by where the robot shows in the image."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from han_bullet.geometry import Intrinsics, Pose2D, look_at, project
-from han_bullet.messages import Frame
+from han_bullet.messages import Detections, Frame, Scan
 from han_bullet.tracking.own_image import rows_not_of_robot
 from han_bullet.tracking.projection import GroundProjection
 
@@ -60,3 +61,25 @@ def test_the_projection_falls_back_to_the_box_beside_the_robot() -> None:
     assert placed == pytest.approx((8.0, 0.5), abs=0.25)
     wrong = projection.foot_points(FRAME, box, np.array([row_of(6.7, 0.0)])).positions[0]
     assert wrong[0] < 7.0
+
+
+def placed(box: np.ndarray, robot: tuple[float, float], *, fixed: bool = True) -> Scan:
+    """The scan of a box, the rows of whose feet nobody knows, with the robot somewhere."""
+    found = Detections(box, np.ones(1), np.ones(1))
+    return GroundProjection(robot_radius=0.3).project(replace(FRAME, fixed=fixed), found, Pose2D(*robot, 0.0))
+
+
+def test_who_stands_behind_the_robot_is_placed_by_the_head() -> None:
+    hidden, free = (placed(box_of(7.5, 0.1), robot) for robot in ((6.3, 0.0), (6.3, -1.2)))
+    assert hidden.positions == pytest.approx(np.array([[7.5, 0.1]]), abs=0.1)
+    assert hidden.per_height is not None and hidden.per_height.any()
+    assert free.per_height is not None and not free.per_height.any()
+
+
+def test_a_box_around_people_far_away_and_the_robot_before_them_is_nobody_between() -> None:
+    top = float(project(np.array([[11.0, 0.1, 1.75]]), INTRINSICS, CAMERA)[0][0, 1])
+    box = box_of(8.0, 0.1)
+    box[0, 1:] = top, box[0, 2], box[0, 1] + box[0, 3] - top
+    assert placed(box, (6.8, -1.2)).positions == pytest.approx(np.array([[8.0, 0.1]]), abs=0.2)
+    assert len(placed(box, (6.8, 0.0)).positions) == 0
+    assert len(placed(box, (6.8, 0.0), fixed=False).positions) == 1  # the robot's own camera does not see the robot

@@ -91,6 +91,17 @@ def test_where_the_row_of_the_feet_is_known_a_box_that_is_too_long_puts_nobody_n
     assert unknown.positions == pytest.approx(GroundProjection(robot_radius=0.3).foot_points(FRAME, boxes).positions)
 
 
+@pytest.mark.parametrize(("top", "kept"), [(0.85, 0), (0.95, 1), (1.25, 1), (1.4, 1)])
+def test_a_box_that_holds_the_legs_alone_is_measured_where_the_feet_are_known(top: float, kept: int) -> None:
+    box = np.array([box_of(6.0, 0.4, top)])
+    foot = box[0, 1] + FOOT_FRACTION * box[0, 3]
+    found = Detections(box, np.ones(1), np.ones(1), feet=np.array([foot]))
+    scan = GroundProjection(robot_radius=0.3).project(FRAME, found, FAR_AWAY)
+    assert len(scan.positions) == kept
+    expected = [6.0 + OFFSET_OF_KNOWN_FEET - OFFSET_ALONG_RAY, 0.4]
+    assert scan.positions == pytest.approx(np.array([expected] * kept).reshape(-1, 2), abs=0.05)
+
+
 def test_a_known_row_makes_the_place_surer_along_the_ray_and_not_beside_it() -> None:
     box = np.array([box_of(6.0, 0.0)])
     projection = GroundProjection(robot_radius=0.3)

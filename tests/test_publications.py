@@ -8,7 +8,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from ticks import CAMERA, found, frame, make_world, tick, track
 
 from han_bullet import runner
 from han_bullet.costmap.grid import Costmap
+from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.detection.detector import Detector
 from han_bullet.episode import Hook, Tick
@@ -23,7 +24,7 @@ from han_bullet.geometry import Pose2D
 from han_bullet.messages import Detections, GoTo, LaserScan, Scene
 from han_bullet.ros import publications as module
 from han_bullet.ros.message_types import serialize, type_of
-from han_bullet.ros.publications import Publications
+from han_bullet.ros.publications import STANDARD_LAYERS, Publications
 from han_bullet.ros.topics import COSTMAP, COSTMAP_UPDATES, PLAN, Outgoing, layer_topic, table
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.stack import NavigationStack
@@ -107,6 +108,18 @@ def test_each_topic_is_said_no_more_often_than_its_rate() -> None:
 def test_what_is_static_is_latched_and_nothing_else_is() -> None:
     publications = Publications(WORLD)
     assert set(topics(publications.statics())) == {topic.name for topic in publications.topics if topic.latched}
+
+
+def test_the_map_has_walls_where_the_world_has_them() -> None:
+    world = make_world(walls=[{"start": [5.0, -2.0], "end": [5.0, 2.0]}])
+    grid = next(each.message for each in Publications(world).statics() if each.topic == "/map")
+    cells = grid.data.reshape(grid.info.height, grid.info.width)
+
+    def at(x: float, y: float) -> int:
+        column = int((x - grid.info.origin.position.x) / grid.info.resolution)
+        return int(cells[int((y - grid.info.origin.position.y) / grid.info.resolution), column])
+
+    assert (at(5.0, 0.5), at(4.0, 0.5), at(6.0, -1.5)) == (100, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -238,6 +251,32 @@ def test_a_run_is_the_same_to_the_last_bit_with_and_without_listeners(
             assert without_timings(same) == without_timings(path.read_text())
         else:
             assert same == path.read_text(), path.name
+
+
+class Corner(Layer):
+    """A layer of one's own."""
+
+    name = "corner"
+
+    def apply(self, costmap: Costmap, scene: Scene) -> None:
+        costmap.cost[0, 0] = 7
+
+
+@pytest.mark.parametrize(("layers", "has_grid"), [((), False), (("corner",), True)])
+def test_a_layer_of_ones_own_has_a_grid_if_it_was_named(layers: tuple[str, ...], has_grid: bool) -> None:
+    class Stack:
+        layers: Sequence[Layer] = (Corner(),)
+
+    stack, publications = Stack(), Publications(WORLD, (*STANDARD_LAYERS, *layers))
+    publications.watch_layers(cast(NavigationStack, stack))
+    sent: list[str] = []
+    for k in range(2):
+        costmap = Costmap.covering([((0.0, 20.0), (-2.0, 2.0))], 0.1)
+        for layer in stack.layers:
+            layer.apply(costmap, moment(k).decision.scene)
+        assert costmap.cost[0, 0] == 7
+        sent += topics(said(publications, moment(k, costmap=costmap)))
+    assert (layer_topic("corner") in sent) is has_grid
 
 
 def without_timings(text: str) -> dict[str, Any]:

@@ -81,3 +81,11 @@ def test_what_is_no_robot_is_refused(
         urdf(tmp_path, content)
     with pytest.raises(BadInputError, match=said):
         RobotDescription("own.urdf")
+
+
+def test_a_wheel_that_does_not_turn_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assets, "urdf_folder", lambda: tmp_path)
+    stuck = '<joint name="{0}" type="fixed"><parent link="root"/><child link="{0}"/></joint><link name="{0}"/>'
+    urdf(tmp_path, "".join(stuck.format(name) for name in WHEELS))
+    with pytest.raises(BadInputError, match="wheel_front_left does not turn on the root link"):
+        RobotDescription("own.urdf")

@@ -197,10 +197,10 @@ def test_a_goal_is_gone_to_and_cancelled_on_the_way(robot: Robot) -> None:
     until(lambda: math.dist(robot.position, goal) < 0.15 and robot.speed < 0.01, 2 * ros.PATIENCE)
     assert math.dist(robot.goal, goal) < 0.01
     robot.go_to(goal[0] + (4.0 if x < 8.0 else -4.0), 0.0)
-    until(lambda: robot.speed > 0.2, ros.PATIENCE)
+    until(lambda: math.dist(robot.position, goal) > 0.5, ros.PATIENCE)
     robot.cancel()
     until(lambda: robot.speed < 0.01, ros.PATIENCE)
-    assert 0.1 < math.dist(robot.position, goal) < 3.0
+    assert 0.5 < math.dist(robot.position, goal) < 3.0
 
 
 def test_somebody_drives_and_the_robot_stops_when_they_let_go(robot: Robot) -> None:
@@ -233,7 +233,7 @@ def test_at_the_end_its_orders_stand_in_the_result(robot: Robot) -> None:
     assert given == {"go_to", "cancel", "drive", "hand_over", "clear_obstacles"}
     rows = (robot.folder / "messages.csv").read_text().splitlines()
     assert any("ros" in row.split(",") and "tv" in row for row in rows), rows[:3]
-    assert robot.client.node("/han_bullet") is None
+    assert not {"/odom", "/map", "/tf"} & robot.client.topics().keys()
 
 
 def test_a_run_to_which_nobody_says_anything_is_the_same_with_ros(ros_master: ros.Master, tmp_path: Path) -> None:

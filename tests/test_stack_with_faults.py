@@ -146,7 +146,7 @@ def test_a_lost_robot_takes_nothing_from_its_cameras_and_forgets_nobody() -> Non
     assert [fault for decision in decisions for fault in decision.faults if fault.sensor == "wheels"] == []
 
 
-def test_an_onboard_image_that_comes_late_is_placed_where_the_robot_was() -> None:
+def test_an_onboard_image_and_a_sweep_that_come_late_are_placed_where_the_robot_was() -> None:
     world = make_world(cameras=[{"kind": "onboard", "name": "onboard"}], robot={"start": [1.0, 0.0, 0.0]})
     poses = [Pose2D(1.0 + 0.05 * k, 0.0, 0.02 * k) for k in range(21)]
     now = iter(poses)
@@ -160,7 +160,10 @@ def test_an_onboard_image_that_comes_late_is_placed_where_the_robot_was() -> Non
     for k, pose in enumerate(poses):
         images = (empty_image(camera, (k - 8) * CONTROL_PERIOD),) if k == 20 else ()
         time = k * CONTROL_PERIOD
-        decision = stack.step(Observation(time, Odometry(time, pose, Twist2D()), None, images))
+        late = LaserScan(time - 4 * CONTROL_PERIOD, np.full(3, np.inf), 0.0, 0.1, 0.05, 8.0, SCANNER_IN_BODY)
+        sweep = late if k == 20 else None
+        decision = stack.step(Observation(time, Odometry(time, pose, Twist2D()), sweep, images))
+    assert (decision.scene.pose_robot_in_world, decision.scene.pose_robot_at_scan) == (poses[20], poses[16])
     (scan,) = decision.scans
     assert scan.pose_robot_in_world == poses[12]
     assert scan.frame.camera_in_world == pytest.approx(empty_frame(camera, poses[12]).camera_in_world)

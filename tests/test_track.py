@@ -210,6 +210,19 @@ def test_two_on_one_seat_are_one_person_unless_an_image_showed_both() -> None:
     assert not elsewhere.is_duplicate_of(older)
 
 
+@pytest.mark.parametrize(("apart", "before", "same"), [(0.43, 0.0, True), (0.47, 0.0, False), (0.1, 0.6, True)])
+def test_two_whom_an_image_showed_on_one_seat_are_two_people_if_they_have_room_beside_one_another(
+    apart: float, before: float, same: bool
+) -> None:
+    """The last pair are feet before the seat, and a body on it that another camera sees along the seat."""
+    older, younger = seen(0.0, 2.0), seen(0.05, 2.0)
+    for track in (older, younger):
+        track.posture.stance = STANCES[Posture.SEATED]
+        track.hit(scan(2.1), 0)
+    moving(older, (5.0, 0.9 - before))
+    assert moving(younger, (5.0 + apart, 0.9)).is_duplicate_of(older) is same
+
+
 def lost(track: Track, duration: float) -> Track:
     """Let frames pass in which the track should be and is not."""
     for tenth in range(1, round(10.0 * duration) + 1):

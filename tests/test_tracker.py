@@ -284,6 +284,19 @@ def test_two_cameras_that_place_one_sitter_apart_make_one_person() -> None:
     assert [(p.id, p.posture) for p in two] == [(0, Posture.SEATED), (1, Posture.SEATED)]
 
 
+def test_somebody_in_line_with_a_seat_whom_a_camera_places_on_it_does_not_double_the_sitter() -> None:
+    """From beside the couch, the camera sees the sitter and, far behind the couch, somebody whose feet it hides."""
+    seat = Seat("couch", np.array([8.0, 0.5]), -0.5 * math.pi, 0.8, 1.9, "tv")
+    tracker = MultiCameraTracker(field_of_view=VIEW, seats=[seat])
+    for k in range(20):
+        time = 0.1 * k
+        ceiling = at(EASTWARD, time, [np.array([8.02, 0.0])])
+        along = np.diag([0.55**2, 0.11**2])
+        beside = at(WESTWARD, time, [np.array([8.0, 0.3]), np.array([8.0, 0.55])], [along, along])
+        people = tracker.update([ceiling, beside], time)
+    assert [(p.id, p.posture) for p in people] == [(0, Posture.SEATED)]
+
+
 def test_nobody_is_predicted_through_a_wall() -> None:
     def people(time: float) -> list[tuple[float, float]]:
         return [(5.0 + 0.8 * time, 0.0)]

@@ -44,12 +44,14 @@ class ClickedImage:
         self._axes.set_title(HELP, fontsize=9)
         self._axes.imshow(image, extent=(0.0, width, height, 0.0))  # so that coordinates count from the corner
         self._clicked: tuple[float, float] | None = None
+        self._open = True
         self._canvas.mpl_connect("button_press_event", self._on_click)
         self._canvas.mpl_connect("key_press_event", self._on_key)
+        self._canvas.mpl_connect("close_event", self._on_close)
 
     def clicks(self) -> Iterator[tuple[float, float]]:
         """Give each clicked pixel (u, v) [px] until Enter is pressed or the window closed."""
-        while True:
+        while self._open:
             self._clicked = None
             self._canvas.start_event_loop(0)
             if self._clicked is None:
@@ -57,7 +59,9 @@ class ClickedImage:
             yield self._clicked
 
     def mark(self, pixel: tuple[float, float], text: str) -> None:
-        """Show a mark with a text."""
+        """Show a mark with a text, if the window is still there."""
+        if not self._open:
+            return
         self._axes.plot(*pixel, **MARK)
         self._axes.annotate(text, pixel, (6, 6), textcoords="offset points", color="gold", fontweight="bold")
         self._canvas.draw()
@@ -68,6 +72,10 @@ class ClickedImage:
         if event.button == LEFT and event.inaxes is self._axes and not moving:
             self._clicked = (float(event.xdata), float(event.ydata))
             self._canvas.stop_event_loop()
+
+    def _on_close(self, event: Any) -> None:
+        self._open = False
+        self._canvas.stop_event_loop()
 
     def _on_key(self, event: Any) -> None:
         if event.key in END:

@@ -62,7 +62,9 @@ def fit_camera(points: MarkedPoints, lens: Intrinsics, solve_focal: bool) -> Fit
     focal_lengths = (FOCAL_LENGTHS * lens.width).tolist() if solve_focal else [lens.fx]
     start = min(_starts(points, lens, focal_lengths), key=problem.cost, default=None)
     if start is None:
-        raise BadInputError("no camera shows the points like that; check u, v (column, row) and x, y of each")
+        raise BadInputError(
+            "no camera shows points like that; check u (column), v (row), x and y, and mark them farther apart"
+        )
     _check_view(problem.camera(start))
     fit = problem.refined(start)
     _check_view(fit.camera)
@@ -81,7 +83,10 @@ def _starts(points: MarkedPoints, lens: Intrinsics, focal_lengths: Sequence[floa
     places, pixels = map(np.ascontiguousarray, (points.points_in_world, points.pixels))
     for focal in focal_lengths:
         matrix = _with_focal(lens, focal).matrix
-        found, turn, shift = cv2.solvePnP(places, pixels, matrix, None, flags=cv2.SOLVEPNP_SQPNP)
+        try:
+            found, turn, shift = cv2.solvePnP(places, pixels, matrix, None, flags=cv2.SOLVEPNP_SQPNP)
+        except cv2.error:  # the points' rays are too close together
+            continue
         if found and np.isfinite(turn).all() and np.isfinite(shift).all():
             world_to_camera = Rotation.from_rotvec(turn.ravel()).as_matrix()
             pose = np.eye(4)

@@ -93,9 +93,11 @@ def _people(scan: LaserScan, points: Array) -> list[list[NDArray[np.int64]]]:
     met = np.flatnonzero(np.isfinite(scan.ranges))
     if not len(met):
         return []
-    apart = (np.diff(met) > 1) | (np.hypot(*np.diff(points, axis=0).T) > BREAK)
-    pieces = [piece for piece in np.split(np.arange(len(met)), np.flatnonzero(apart) + 1) if _is_slim(piece, points)]
-    pieces = [piece for piece in pieces if scan.ranges[met[piece]].max() <= FARTHEST]
+    apart = np.flatnonzero((np.diff(met) > 1) | (np.hypot(*np.diff(points, axis=0).T) > BREAK)) + 1
+    starts, stops = np.concatenate([[0], apart]), np.concatenate([apart, [len(met)]])
+    slim = (stops - starts >= FEWEST) & (np.hypot(*(points[stops - 1] - points[starts]).T) <= WIDEST)
+    slim &= np.maximum.reduceat(scan.ranges[met], starts) <= FARTHEST
+    pieces = [np.arange(start, stop) for start, stop in zip(starts[slim], stops[slim], strict=True)]
     before = [_stands_before(scan.ranges, met[piece]) for piece in pieces]
     middles = [points[piece].mean(axis=0) for piece in pieces]
     people, taken = [], [False] * len(pieces)
@@ -107,10 +109,6 @@ def _people(scan: LaserScan, points: Array) -> list[list[NDArray[np.int64]]]:
             taken[k] = True
         people.append([pieces[k] for k in own])
     return people
-
-
-def _is_slim(piece: NDArray[np.int64], points: Array) -> bool:
-    return len(piece) >= FEWEST and float(np.hypot(*(points[piece[-1]] - points[piece[0]]))) <= WIDEST
 
 
 def _stands_before(ranges: Array, rays: NDArray[np.int64]) -> bool:

@@ -181,12 +181,11 @@ class ProtectiveStop:
         """
         now = np.array([twist.vx, twist.vy, twist.omega])
         target = np.array([candidate.vx, candidate.vy, candidate.omega])
-        late, soon = (
-            _approaches(points.in_body, points.velocities, now, target, hold, duration, *self._accelerations)
-            for hold in (self.reaction, CONTROL_PERIOD)
+        holds = np.array([self.reaction, CONTROL_PERIOD])
+        found: tuple[Array, Array] = _approaches(
+            points.in_body, points.velocities, now, target, holds, duration, *self._accelerations
         )
-        nearer = late[0] <= soon[0]
-        return np.where(nearer, late[0], soon[0]), np.where(nearer[:, None], late[1], soon[1])
+        return found
 
     def _ramped(self, wanted: Twist2D, now: Twist2D) -> Twist2D:
         """Return what the base can reach of a wanted velocity within a control period."""
@@ -248,44 +247,57 @@ def _approaches(
     velocities: Array,
     twist: Array,
     target: Array,
-    reaction: float,
+    holds: Array,
     duration: float,
     max_acceleration: float,
     max_yaw_acceleration: float,
 ) -> tuple[Array, Array]:
     """Return how near points come to the robot's centre, (n,) [m], and in which direction each then is, (n, 2).
 
-    The base ramps to the target, holds it until the reaction time is over, and brakes.
+    The base ramps to the target, holds it until the brakes hold, which is at any of some times, and brakes.
 
     Args:
         points: In the body frame at the start, shape (n, 2) [m].
         velocities: Along its axes, shape (n, 2) [m/s].
         twist: Of the body at the start: vx, vy [m/s], omega [rad/s].
         target: The same, commanded.
-        reaction: [s].
+        holds: Times at which the brakes may begin to hold, shape (k,) [s].
         duration: Of the prediction [s].
         max_acceleration: [m/s^2].
         max_yaw_acceleration: [rad/s^2].
     """
-    nearest = np.full(len(points), np.inf)
-    directions = np.zeros((len(points), 2))
+    squared = np.full(len(points), np.inf)
+    offsets = np.zeros((len(points), 2))
+    for hold in holds:
+        way = _way(twist, target, hold, duration, max_acceleration, max_yaw_acceleration)
+        for i in range(len(points)):
+            vx, vy = velocities[i]
+            for step in range(len(way)):
+                dx = points[i, 0] + step * STEP * vx - way[step, 0]
+                dy = points[i, 1] + step * STEP * vy - way[step, 1]
+                if vx != 0.0 or vy != 0.0:
+                    # They may be there sooner: of their way within the foresight, the nearest point counts.
+                    ahead = -(dx * vx + dy * vy) / max(vx * vx + vy * vy, 1e-12)
+                    ahead = min(max(ahead, 0.0), FORESIGHT)
+                    dx, dy = dx + ahead * vx, dy + ahead * vy
+                if dx * dx + dy * dy < squared[i]:
+                    squared[i] = dx * dx + dy * dy
+                    offsets[i, 0], offsets[i, 1] = dx, dy
+    nearest = np.hypot(offsets[:, 0], offsets[:, 1])
+    return nearest, offsets / np.maximum(nearest, 1e-9).reshape(-1, 1)
+
+
+@numba.njit(cache=True)
+def _way(
+    twist: Array, target: Array, hold: float, duration: float, max_acceleration: float, max_yaw_acceleration: float
+) -> Array:
+    """Return where the base is after each step, x and y in the body frame at the start, shape (n, 2) [m]."""
+    steps = math.ceil(duration / STEP) + 1
+    way = np.zeros((steps + 1, 2))
     x, y, yaw = 0.0, 0.0, 0.0
     vx, vy, omega = twist
-    steps = math.ceil(duration / STEP) + 1
-    for step in range(steps + 1):
-        for i in range(len(points)):
-            vx_leg, vy_leg = velocities[i]
-            dx = points[i, 0] + step * STEP * vx_leg - x
-            dy = points[i, 1] + step * STEP * vy_leg - y
-            # They may be sooner where they are going: of their way within the foresight, the nearest point counts.
-            ahead = -(dx * vx_leg + dy * vy_leg) / max(vx_leg * vx_leg + vy_leg * vy_leg, 1e-12)
-            ahead = min(max(ahead, 0.0), FORESIGHT)
-            dx, dy = dx + ahead * vx_leg, dy + ahead * vy_leg
-            distance = math.hypot(dx, dy)
-            if distance < nearest[i]:
-                nearest[i] = distance
-                directions[i, 0], directions[i, 1] = dx / max(distance, 1e-9), dy / max(distance, 1e-9)
-        holds = step * STEP < reaction
+    for step in range(steps):
+        holds = step * STEP < hold
         change_x, change_y = (target[0] if holds else 0.0) - vx, (target[1] if holds else 0.0) - vy
         part = min(1.0, max_acceleration * STEP / max(math.hypot(change_x, change_y), 1e-9))
         turn = (target[2] if holds else 0.0) - omega
@@ -296,4 +308,5 @@ def _approaches(
         x, y = x + STEP * (c * mean_x - s * mean_y), y + STEP * (s * mean_x + c * mean_y)
         yaw += 0.5 * (omega + next_omega) * STEP
         vx, vy, omega = vx + part * change_x, vy + part * change_y, next_omega
-    return nearest, directions
+        way[step + 1, 0], way[step + 1, 1] = x, y
+    return way

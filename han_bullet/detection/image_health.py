@@ -21,4 +21,4 @@ def image_health(image: Image, shift: tuple[float, float] = (0.0, 0.0)) -> Image
     parts = cv2.resize(rows, (COARSE, COARSE), interpolation=cv2.INTER_AREA)
     numbers = float(parts.mean()), float(parts.mean(axis=2).std()), *shift
     brightness, contrast, right, down = (round(number, DECIMALS) for number in numbers)
-    return ImageHealth(zlib.crc32(rows.tobytes()), brightness, contrast, (right, down))
+    return ImageHealth(zlib.crc32(rows.data), brightness, contrast, (right, down))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -59,9 +60,15 @@ class LikelihoodField:
         returned = np.ascontiguousarray(beams.returned)
         x, y = self.origin_in_world
         found: tuple[Array, Array, Array] = _likelihoods(
-            self.distance, self.clearance, x, y, self.resolution, poses, origin, ends, returned, deviation
+            self.distance, self._strides, x, y, self.resolution, poses, origin, ends, returned, deviation
         )
         return found
+
+    @functools.cached_property
+    def _strides(self) -> Array:
+        """How far a ray may go from anywhere in a cell without missing a surface [cells]; 0 in occupied ones."""
+        free = self.clearance / self.resolution
+        return np.where(free > 0.0, np.maximum(free - 0.71, 1.0), 0.0)  # as far as is free from the farthest corner
 
 
 def _to_nearest(there: NDArray[np.bool_]) -> Array:
@@ -75,7 +82,7 @@ def _to_nearest(there: NDArray[np.bool_]) -> Array:
 @numba.njit(cache=True)
 def _likelihoods(
     distance: Array,
-    clearance: Array,
+    strides: Array,
     origin_x: float,
     origin_y: float,
     resolution: float,
@@ -95,7 +102,7 @@ def _likelihoods(
         for k in range(len(ends)):
             to_x, to_y = x + c * ends[k, 0] - s * ends[k, 1], y + s * ends[k, 0] + c * ends[k, 1]
             reach = math.hypot(to_x - from_x, to_y - from_y)  # all in cells from here on
-            if _blocked(clearance, resolution, from_x, from_y, to_x, to_y, reach - MARGIN / resolution):
+            if _blocked(strides, from_x, from_y, to_x, to_y, reach, reach - MARGIN / resolution):
                 total[i] += math.log(BLOCKED)
                 through[i] += 1.0
             elif returned[k]:
@@ -111,20 +118,18 @@ def _likelihoods(
 
 
 @numba.njit(cache=True)
-def _blocked(clearance: Array, resolution: float, x: float, y: float, to_x: float, to_y: float, stop: float) -> bool:
-    """Tell whether a line meets an occupied cell before it went so far; all in cells."""
+def _blocked(strides: Array, x: float, y: float, to_x: float, to_y: float, reach: float, stop: float) -> bool:
+    """Tell whether a line, so long as its ends are apart, meets an occupied cell before it went so far; in cells."""
     if stop <= 0.0:
         return False
-    rows, columns = clearance.shape
-    reach = math.hypot(to_x - x, to_y - y)
+    rows, columns = strides.shape
     along_x, along_y = (to_x - x) / reach, (to_y - y) / reach
     gone = 0.0
     while gone < stop:
         row, column = math.floor(y + gone * along_y), math.floor(x + gone * along_x)
         if not (0 <= row < rows and 0 <= column < columns):
             return False
-        free = clearance[row, column] / resolution
-        if free <= 0.0:
+        if strides[row, column] == 0.0:
             return True
-        gone += max(free - 0.71, 1.0)  # as far as is free from the cell's farthest corner, too
+        gone += strides[row, column]
     return False

@@ -84,8 +84,9 @@ class Publications:
 
     def watch_layers(self, stack: NavigationStack) -> None:
         """Let a stack's layers note what each adds while its grid is wanted; without this, layers have no grids."""
-        self._layers = {layer.name: WatchedLayer(layer) for layer in stack.layers}
-        stack.layers = tuple(self._layers.values())
+        known = [layer for layer in stack.layers if layer_topic(layer.name) in self._rates]
+        self._layers = {layer.name: WatchedLayer(layer) for layer in known}
+        stack.layers = tuple(self._layers.get(layer.name, layer) for layer in stack.layers)
 
     def watch_times(self, stack: NavigationStack) -> None:
         """Measure a stack's stages for the diagnostics, by the wall clock."""

@@ -41,7 +41,7 @@ class RobotDescription:
         urdf: File in urdf/, such as "mbot.urdf"; its root is on the floor, in the middle of the base.
 
     Raises:
-        BadInputError: There is no such file, it is no URDF, or it lacks a wheel.
+        BadInputError: There is no such file, it is no URDF, or it lacks a wheel that turns on its root.
     """
 
     def __init__(self, urdf: str) -> None:
@@ -56,6 +56,9 @@ class RobotDescription:
         missing = sorted({*WHEELS} - {joint.name for joint in self.joints})
         if missing:
             raise BadInputError(f"URDF {urdf!r} lacks the joint {missing[0]!r}; it needs {', '.join(WHEELS)}")
+        for wheel in self.wheels:
+            if wheel.parent != BASE or wheel.axis is None:
+                raise BadInputError(f"URDF {urdf!r}: {wheel.name} does not turn on the root link; that would be right")
 
     @property
     def text(self) -> str:

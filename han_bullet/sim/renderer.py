@@ -42,6 +42,7 @@ class Renderer:
         self._scene = DrawnScene(world)
         largest = max((3 * camera.size[0] * camera.size[1] for camera in world.cameras), default=1)
         self._noise = ImageNoise(world.image_noise, seed, largest)
+        self._fixed = {c.name: c.camera_in_world for c in world.cameras if isinstance(c, CeilingCamera)}
         self._camera_index = {camera.name: index for index, camera in enumerate(world.cameras)}
         self._backgrounds: dict[tuple[str, float, DevicesOn, tuple[str, ...]], Raster] = {}
 
@@ -92,7 +93,7 @@ class Renderer:
         camera = self._world.camera(camera_name)
         people = self._scene.people(state.people)
         if isinstance(camera, CeilingCamera):
-            view = View(camera.intrinsics, _turned_left(camera.camera_in_world, turned))
+            view = View(camera.intrinsics, _turned_left(self._fixed[camera.name], turned))
             raster = self._background(camera, turned, state.devices_on, state.taken_away).copy()
             self._add(raster, self._scene.robot(state.robot), view)
         else:  # without the robot: its camera looks over the base from inside the head
@@ -109,7 +110,7 @@ class Renderer:
     ) -> Raster:
         key = (camera.name, turned, devices_on, taken_away)
         if key not in self._backgrounds:
-            view = View(camera.intrinsics, _turned_left(camera.camera_in_world, turned))
+            view = View(camera.intrinsics, _turned_left(self._fixed[camera.name], turned))
             self._backgrounds[key] = self._draw_room(view, devices_on, taken_away)
         return self._backgrounds[key]
 

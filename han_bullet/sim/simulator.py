@@ -9,7 +9,7 @@ import numpy as np
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
-from han_bullet.geometry import Twist2D
+from han_bullet.geometry import Array, Twist2D
 from han_bullet.messages import CameraImage, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
@@ -23,7 +23,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, Camera, CeilingCamera, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
@@ -60,6 +60,7 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
+        self._mounts = {camera.name: _mount(camera) for camera in world.cameras}
         self._seed = seed
         self.channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
@@ -225,11 +226,13 @@ class Simulator:
         unusual = tuple(shot.exposure for shot in shots if shot.exposure != state.exposure_of(shot.camera.name))
         names = [shot.camera.name for shot in shots]
         images = self._frame_source.render(names, replace(state, exposures=unusual))
-        return tuple(_image(*pair) for pair in zip(shots, images, strict=True))
+        return tuple(self._image(*pair) for pair in zip(shots, images, strict=True))
+
+    def _image(self, shot: Shot, image: Image) -> CameraImage:
+        camera = shot.camera
+        fixed = isinstance(camera, CeilingCamera)
+        return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, self._mounts[camera.name], fixed)
 
 
-def _image(shot: Shot, image: Image) -> CameraImage:
-    camera = shot.camera
-    fixed = isinstance(camera, CeilingCamera)
-    mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
-    return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, mount, fixed)
+def _mount(camera: Camera) -> Array:
+    return camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount

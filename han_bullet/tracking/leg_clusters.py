@@ -57,11 +57,10 @@ def find_legs(
     seen = (scan.ranges > scan.range_min) & (scan.ranges <= reach)
     ends = np.where(seen, scan.ranges, 0.0)[:, None] * rays
     found = []
-    for start, stop in _segments(ends, seen):
+    for start, stop, chord in _segments(ends, seen):
         distance = float(scan.ranges[start:stop].mean())
         # The edges of a leg lie up to a ray outside its outermost hits, half of one on either side on average.
-        width = float(np.hypot(*(ends[stop - 1] - ends[start]))) + distance * scan.angle_increment
-        if not LEG_WIDTHS[0] <= width <= LEG_WIDTHS[1] or stop - start < 2:
+        if not LEG_WIDTHS[0] <= chord + distance * scan.angle_increment <= LEG_WIDTHS[1]:
             continue
         spread = MAP_SIGMAS * _deviation(covariance, distance)
         if not _on_map(scanner_in_world.to_world(ends[start:stop]), obstacles, MAP_TOLERANCE + spread):
@@ -72,13 +71,18 @@ def find_legs(
     return Legs(scanner_in_world.to_world(positions), ranges)
 
 
-def _segments(ends: Array, seen: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return first row and row after the last of each run of neighbouring rays that end near to one another."""
+def _segments(ends: Array, seen: NDArray[np.bool_]) -> list[tuple[int, int, float]]:
+    """Return the runs of two or more neighbouring rays that end near to one another, unless they are wider than legs.
+
+    First row, row after the last, and between their ends [m].
+    """
     gaps = np.hypot(*np.diff(ends, axis=0).T)
     joined = seen[1:] & seen[:-1] & (gaps <= JUMP)
     starts = np.flatnonzero(seen & ~np.concatenate([[False], joined]))
     stops = np.flatnonzero(seen & ~np.concatenate([joined, [False]])) + 1
-    return [(int(start), int(stop)) for start, stop in zip(starts, stops, strict=True)]
+    chords = np.hypot(*(ends[stops - 1] - ends[starts]).T)
+    kept = (stops - starts >= 2) & (chords <= LEG_WIDTHS[1])
+    return list(zip(starts[kept].tolist(), stops[kept].tolist(), chords[kept].tolist(), strict=True))
 
 
 def _deviation(covariance: Array, distance: float) -> float:
@@ -89,7 +93,10 @@ def _deviation(covariance: Array, distance: float) -> float:
 def _on_map(points: Array, obstacles: Sequence[SolidBox], tolerance: float) -> bool:
     """Tell whether at least half of some points, shape (n, 2) [m], lie on the map's walls and furniture."""
     near = np.zeros(len(points), bool)
+    reach = tolerance + float(np.hypot(*(points - points[0]).T).max())
     for box in obstacles:
+        if math.dist(points[0], box.centre_in_world[:2]) > 0.5 * math.hypot(*box.size[:2]) + reach:
+            continue  # too far away for all of them
         in_box = (points - box.centre_in_world[:2]) @ rotation(box.yaw)
         outside = np.maximum(np.abs(in_box) - 0.5 * box.size[:2], 0.0)
         near |= np.hypot(outside[:, 0], outside[:, 1]) <= tolerance

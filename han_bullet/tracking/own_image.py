@@ -1,4 +1,4 @@
-"""Where the robot itself shows in a fixed camera's image: changes that end there tell nothing of a person's feet."""
+"""Where the robot itself shows in a fixed camera's image: what ends there tells nothing of a person's feet."""
 
 from __future__ import annotations
 
@@ -6,13 +6,25 @@ import math
 
 import numpy as np
 
-from han_bullet.geometry import Array, Pose2D, project
+from han_bullet.geometry import Array, Pose2D, SolidBox, project
 from han_bullet.messages import Frame
 from han_bullet.tracking.field_of_view import ROBOT_HEIGHT
 
 RIM_POINTS = 16  # of the cylinder's two circles
 MARGIN = 0.1  # [m] by which the robot is wider than its footprint: wheels, rim, and the error of its pose
 BELOW = 6.0  # [px] below the robot in which its changes may still end: a blurred edge, an uneven floor
+
+
+def robot_body(pose_robot_in_world: Pose2D, robot_radius: float) -> SolidBox:
+    """Return the robot as a box that hides the feet of who is behind it.
+
+    Args:
+        pose_robot_in_world: From the localization port.
+        robot_radius: Of its footprint [m].
+    """
+    size = np.array([2.0 * robot_radius, 2.0 * robot_radius, ROBOT_HEIGHT])
+    centre = np.array([*pose_robot_in_world.position, 0.5 * ROBOT_HEIGHT])
+    return SolidBox("robot", "object", centre, size, pose_robot_in_world.yaw)
 
 
 def rows_not_of_robot(

@@ -13,7 +13,7 @@ from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
-from han_bullet.tracking.own_image import rows_not_of_robot
+from han_bullet.tracking.own_image import robot_body, rows_not_of_robot
 from han_bullet.tracking.seats import in_sitting_area
 from han_bullet.world_schema import FloorArea
 
@@ -42,6 +42,9 @@ SMALLEST_BOX = 104.0
 OWN_BODY_MARGIN = 0.15
 # Of a standing person whose box scatters by a tenth [m].
 PLAUSIBLE_HEIGHTS = (1.3, 2.2)
+# The lower limit where the camera knows the feet and nothing hides them [m]: a box that holds but the legs, as before a
+# wall of the pullover's colour, ends above the hips, and tells the place all the same.
+LEGS_HEIGHT = 0.9
 # Height that must be in sight of the camera past the walls [m].
 CHEST = 1.2
 # A box that ends closer to the image's lower border than this, in box heights, may be cut: feet below the image leave
@@ -72,7 +75,8 @@ class FootPoints:
 class GroundProjection:
     """Find where detected people stand, and drop what cannot be a person's foot point.
 
-    Boxes whose feet are hidden by furniture, or too short for a whole person, are placed by seat or head instead.
+    Boxes whose feet are hidden by furniture or by the robot, or too short for a whole person where the camera does not
+    know the feet, are placed by seat or head instead.
     Dropped: boxes too small or cut by the image's lower border (unless the feet are known), foot points above the
     horizon, the robot itself, boxes whose person would be a dwarf or a giant there, and places off the floor, in a
     solid box or behind a wall.
@@ -107,7 +111,7 @@ class GroundProjection:
         boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
         feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
         human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
-        places = self.places(frame, boxes, feet, human)
+        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
         places.valid[self.is_robot(places.positions, pose_robot_in_world)] = False
         kept = np.flatnonzero(places.valid)
         kept = kept[self._is_in_building(frame, places.positions[kept])]
@@ -123,10 +127,21 @@ class GroundProjection:
             places.per_height[kept],
         )
 
-    def places(self, frame: Frame, boxes: Array, feet: FootPoints, human: NDArray[np.bool_]) -> Readings:
+    def places(
+        self,
+        frame: Frame,
+        boxes: Array,
+        feet: FootPoints,
+        human: NDArray[np.bool_],
+        pose_robot_in_world: Pose2D | None,
+    ) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        hidden = feet_hidden(frame, boxes, heads, self.obstacles, feet.known)
+        before = self.obstacles
+        if frame.fixed and pose_robot_in_world is not None:
+            before = (*before, robot_body(pose_robot_in_world, self.robot_radius))
+        hidden = feet_hidden(frame, boxes, heads, before, feet.known)
+        human = human & ~(hidden & self._holds_legs_alone(feet))
         lost = human & (hidden | self._is_short(feet))
         places = Readings(feet.positions, feet.covariances, human & ~lost, np.zeros_like(feet.positions))
         for reading in (*(by_seat(frame, boxes, feet.positions, seat) for seat in self.seats), heads):
@@ -174,14 +189,23 @@ class GroundProjection:
 
     def has_human_height(self, feet: FootPoints) -> NDArray[np.bool_]:
         """Tell which foot points are of somebody as tall as people are, shape (n,)."""
-        lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
-        human: NDArray[np.bool_] = (feet.heights >= lowest) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
+        human: NDArray[np.bool_] = (feet.heights >= self.least_heights(feet)) & (feet.heights <= PLAUSIBLE_HEIGHTS[1])
         return human
 
+    def least_heights(self, feet: FootPoints) -> Array:
+        """Return how tall whoever stands or sits there must seem at least, shape (n,) [m]."""
+        lowest = np.where(self._on_seat(feet.positions), SEATED_HEIGHTS[0], PLAUSIBLE_HEIGHTS[0])
+        return np.where(_knows(feet), LEGS_HEIGHT, lowest)
+
     def _is_short(self, feet: FootPoints) -> NDArray[np.bool_]:
-        """Tell which boxes are too short for a whole person who stands."""
-        short: NDArray[np.bool_] = (feet.heights < SHORTEST_WHOLE) & ~self._on_seat(feet.positions)
+        """Tell which boxes are too short for a whole person who stands, unless their feet are known."""
+        short: NDArray[np.bool_] = (feet.heights < SHORTEST_WHOLE) & ~self._on_seat(feet.positions) & ~_knows(feet)
         return short
+
+    def _holds_legs_alone(self, feet: FootPoints) -> NDArray[np.bool_]:
+        """Tell which boxes are too low for a person by their upper edge."""
+        low: NDArray[np.bool_] = (feet.heights < PLAUSIBLE_HEIGHTS[0]) & ~self._on_seat(feet.positions)
+        return low
 
     def _on_seat(self, positions: Array) -> NDArray[np.bool_]:
         on_seat = np.zeros(len(positions), bool)
@@ -203,6 +227,12 @@ class GroundProjection:
             if not any(in_sitting_area(seat, box.centre_in_world[:2]) for seat in self.seats):
                 inside &= ~box.contains(positions, -BUILDING_TOLERANCE)
         return inside
+
+
+def _knows(feet: FootPoints) -> NDArray[np.bool_]:
+    """Tell of which boxes the row of the feet is known, shape (n,)."""
+    known: NDArray[np.bool_] = np.isfinite(feet.known[:, 1])
+    return known
 
 
 def _to_floor(frame: Frame, pixels: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

@@ -35,12 +35,12 @@ class RefusalReasons:
         if self._is_robot_at(scan, feet.positions[row]):
             return f"the foot point ({x:.2f}, {y:.2f}) belongs to the robot itself"
         if not self.projection.has_human_height(feet)[row]:
-            low, high = PLAUSIBLE_HEIGHTS
+            low, high = self.projection.least_heights(feet)[row], PLAUSIBLE_HEIGHTS[1]
             return (
                 f"a person at its foot point ({x:.2f}, {y:.2f}) would be {feet.heights[row]:.2f} m tall, "
                 f"not {low:g} to {high:g} m"
             )
-        places = self.projection.places(scan.frame, boxes, feet, np.ones(len(boxes), bool))
+        places = self.projection.places(scan.frame, boxes, feet, np.ones(len(boxes), bool), scan.pose_robot_in_world)
         if not places.valid[row]:
             return "its feet are hidden, and neither seat nor head tells where it is"
         return self._why_not_there(scan, places.positions[row])

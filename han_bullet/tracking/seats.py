@@ -10,6 +10,8 @@ from han_bullet.messages import Seat
 
 # How far a sitting area reaches behind the middle of the seat [m]: half a couch.
 DEPTH_BEHIND = 0.4
+# Closer than this along a seat two people cannot sit [m]: adults' shoulders are as broad.
+SITTER_WIDTH = 0.45
 
 
 def in_sitting_area(seat: Seat, positions: Array, margin: float = 0.0) -> NDArray[np.bool_]:
@@ -28,3 +30,9 @@ def in_sitting_area(seat: Seat, positions: Array, margin: float = 0.0) -> NDArra
         & (np.abs(sideways) <= 0.5 * seat.width + margin)
     )
     return inside
+
+
+def has_room_for(seat: Seat, one: Array, other: Array) -> bool:
+    """Tell whether two people, shape (2,) [m] each, can sit beside one another on a seat, so far apart along it."""
+    along_seat = rotation(seat.facing)[:, 1]
+    return bool(abs(along_seat @ (one - other)) >= SITTER_WIDTH)

@@ -13,7 +13,7 @@ from han_bullet.messages import LegScan, Posture, Scan, Seat, TrackedPerson
 from han_bullet.tracking.association import MAHALANOBIS_GATE
 from han_bullet.tracking.kalman import NO_SHIFT, ConstantVelocity, MotionState
 from han_bullet.tracking.posture import PostureEstimator
-from han_bullet.tracking.seats import in_sitting_area
+from han_bullet.tracking.seats import has_room_for, in_sitting_area
 
 HITS_TO_CONFIRM = 3
 # Time that the hits of a confirmation may span [s]: one frame in five may be missing at 10 Hz.
@@ -208,9 +208,13 @@ class Track:
         """Tell whether an older track is the same person: close, as fast, and not apart in one image.
 
         Of a track that is not confirmed, an image of both is taken for a second box around the same person. Two on one
-        seat are one person, however far apart on it, unless one image showed both.
+        seat are one person, however far apart on it, unless one image showed both side by side: a camera that looks
+        along a seat places everybody on it who is in line with it and whose feet it does not see.
         """
-        if self._shares_seat_with(older) and not self._shares_image_with(older):
+        seat = self._shared_seat(older)
+        if seat is not None and not (
+            self._shares_image_with(older) and has_room_for(seat, self.state.position, older.state.position)
+        ):
             return True
         if self._distance_to(older.state.position) >= DUPLICATE_DISTANCE:
             return False
@@ -239,9 +243,9 @@ class Track:
         x, y = self.state.mean[:2].tolist()
         return math.hypot(x - position[0], y - position[1])
 
-    def _shares_seat_with(self, other: Track) -> bool:
+    def _shared_seat(self, other: Track) -> Seat | None:
         seat = self.posture.stance.seat
-        return seat is not None and seat is other.posture.stance.seat
+        return seat if seat is other.posture.stance.seat else None
 
     def _shares_image_with(self, other: Track) -> bool:
         """Tell whether one image of the last seconds showed two people, this one and the other."""
