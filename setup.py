@@ -5,7 +5,7 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 MQTT = ["paho-mqtt>=2,<3"]
-ROS = ["rosbags>=0.10,<0.12", "mcap>=1.2,<2"]
+ROS = ["rosbags>=0.10,<0.12", "mcap>=1.2,<2", "lz4>=4"]
 SWEEP = ["distributed>=2024.8", "pyarrow>=16"]
 
 setup(

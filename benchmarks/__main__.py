@@ -28,6 +28,7 @@ BENCHMARKS = (
     ("ceiling_frames",),
     ("localization",),
     ("sweep_speed",),
+    ("bags",),
     ("scenarios", "--seeds", "10"),
     ("scenarios", "--seeds", "10", "--perception", "truth"),
 )

@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 
-def write_at_once(path: Path, content: bytes) -> None:
-    """Write a file by renaming a finished one, so that an interruption leaves the old file or the new, never half."""
+@contextlib.contextmanager
+def appearing_whole(path: Path) -> Iterator[Path]:
+    """Give the path of a file to write, which takes the place of another when it is finished.
+
+    An interruption leaves the old file or the new, never half.
+
+    Raises:
+        OSError: It cannot be written; named, also where the disk is full.
+    """
     temporary = path.with_name(f"{path.name}.tmp")  # in the same folder: renaming across disks would be copying
     try:
-        temporary.write_bytes(content)
+        yield temporary
         temporary.replace(path)
+    except OSError as error:
+        if error.filename in (None, str(temporary)):
+            error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_at_once(path: Path, content: bytes) -> None:
+    """Write a file in one go."""
+    with appearing_whole(path) as temporary:
+        temporary.write_bytes(content)
 
 
 def write_json(path: Path, document: dict[str, Any]) -> None:

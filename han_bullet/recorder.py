@@ -13,14 +13,19 @@ from abc import abstractmethod
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from han_bullet.device_payload import read_payload
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
+VARIANCE_DECIMALS = 9  # a deviation of 30 um or urad still shows
 LASER_HEADER = ("time", "angle_min", "angle_increment", "range_min", "range_max", "x", "y", "yaw")
-POSES_HEADER = ("time", "x", "y", "yaw", "lost")
+POSES_HEADER = ("time", "x", "y", "yaw", "lost", "xx", "xy", "xyaw", "yy", "yyaw", "yawyaw")
+ODOMETRY_HEADER = ("time", "x", "y", "yaw", "vx", "vy", "omega")
+COMMANDS_HEADER = ("time", "vx", "vy", "omega")
 STATUS_HEADER = ("time", "status", "step")
 TRACKS_HEADER = ("time", "id", "x", "y", "vx", "vy", "yaw", "posture")
 DETECTIONS_HEADER = ("time", "camera", "x", "y", "width", "height", "score", "probability")
@@ -106,7 +111,7 @@ class TraceRecorder(TableRecorder):
 
 
 class PosesRecorder(TableRecorder):
-    """Write where the robot believes itself to be: one row per tick.
+    """Write where the robot believes itself to be, and the covariance of that: one row per tick.
 
     Args:
         path: The file.
@@ -119,7 +124,43 @@ class PosesRecorder(TableRecorder):
         """Return the one row of a tick."""
         estimate = tick.decision.estimate
         pose = estimate.pose_robot_in_world
-        yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost)
+        covariance = (f"{cell:.{VARIANCE_DECIMALS}f}" for cell in estimate.covariance[np.triu_indices(3)].tolist())
+        yield estimate.time, float(pose.x), float(pose.y), float(pose.yaw), int(estimate.lost), *covariance
+
+
+class OdometryRecorder(TableRecorder):
+    """Write what the wheels told: one row per tick with the pose in the odom frame and the twist in the body.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, ODOMETRY_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the one row of a tick."""
+        odometry = tick.observation.odometry
+        pose, twist = odometry.pose_robot_in_odom, odometry.twist_robot_in_body
+        yield [float(cell) for cell in (odometry.time, pose.x, pose.y, pose.yaw, twist.vx, twist.vy, twist.omega)]
+
+
+class CommandsRecorder(TableRecorder):
+    """Write the command on each tick's observation, a twist in the body, with all digits.
+
+    The simulator, driven by them, does everything again to the last bit.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, COMMANDS_HEADER)
+
+    def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
+        """Return the one row of a tick."""
+        command = tick.decision.command
+        yield tick.truth.time, *(repr(float(cell)) for cell in (command.vx, command.vy, command.omega))
 
 
 class StatusRecorder(TableRecorder):

@@ -44,6 +44,15 @@ class CheckEntry(_Entry):
     passed: bool
 
 
+class FaultEntry(_Entry):
+    """A fault in result.json: of a sensor, from when and until when [s] it was noticed; None: to the end."""
+
+    sensor: str
+    kind: str
+    since: float = Field(alias="from")
+    until: float | None
+
+
 class OrderEntry(_Entry):
     """An order in result.json, with the pose of one to go, the place, distance and person of a hand-over."""
 
@@ -75,6 +84,7 @@ class ResultFile(_Entry):
     git_commit: str
     outcome: str
     outcome_detail: str | None
+    faults: tuple[FaultEntry, ...] = ()
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
     orders: tuple[OrderEntry, ...] = ()

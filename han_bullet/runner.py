@@ -1,4 +1,4 @@
-"""Run a world and leave a folder behind: its world as a file, result.json, eleven tables and video.mp4."""
+"""Run a world and leave a folder behind: its world as a file, result.json, thirteen tables and video.mp4."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ from han_bullet.noticed_faults import NoticedFault, NoticedFaults
 from han_bullet.orders import GivenOrder, GivenOrders
 from han_bullet.provenance import git_commit, sha256, versions
 from han_bullet.recorder import (
+    CommandsRecorder,
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
@@ -41,6 +42,7 @@ from han_bullet.recorder import (
     LaserRecorder,
     LegsRecorder,
     MessagesRecorder,
+    OdometryRecorder,
     PosesRecorder,
     StatusRecorder,
     TraceRecorder,
@@ -339,6 +341,8 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
     recorders: list[Hook] = [
         TraceRecorder(folder / "trace.csv", world),
         PosesRecorder(folder / "poses.csv"),
+        OdometryRecorder(folder / "odometry.csv"),
+        CommandsRecorder(folder / "commands.csv"),
         StatusRecorder(folder / "status.csv"),
         LaserRecorder(folder / "laser.csv", 0 if world.robot.laser is None else world.robot.laser.ray_count),
         TracksRecorder(folder / "tracks.csv"),

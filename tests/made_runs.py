@@ -14,7 +14,7 @@ from han_bullet.device_channel import SIMULATED
 from han_bullet.explain.recorded_run import FrameRow, RecordedRun
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
-from han_bullet.messages import Detections, PoseEstimate, Posture, TruePerson, Truth
+from han_bullet.messages import Detections, Odometry, PoseEstimate, Posture, TruePerson, Truth
 from han_bullet.run_folder import ResultFile
 from han_bullet.tracking.sight import expected_box
 from han_bullet.world_file import load_world, parse_world
@@ -80,8 +80,22 @@ def made_run(
             if rows:
                 found[k, camera.name] = Detections(np.array(rows), np.full(len(rows), 50.0), np.ones(len(rows)))
     poses = {k: PoseEstimate(truth.time, pose) for k, truth in enumerate(truths)}
+    odometry = {k: Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D()) for k, truth in enumerate(truths)}
     return RecordedRun(
-        Path("made"), world, ResultFile.model_validate(RESULT), truths, poses, {}, frames, found, {}, {}, {}, ()
+        folder=Path("made"),
+        world=world,
+        result=ResultFile.model_validate(RESULT),
+        truths=truths,
+        poses=poses,
+        odometry=odometry,
+        commands=dict.fromkeys(odometry, Twist2D()),
+        scans={},
+        frames=frames,
+        detections=found,
+        legs={},
+        messages={},
+        tracks={},
+        doings=(),
     )
 
 

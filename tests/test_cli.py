@@ -48,7 +48,7 @@ def test_the_schema_can_be_printed_for_editors(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize(
-    "command", ["worlds", "run", "sweep", "report", "explain", "detect", "calibrate", "evaluate", "train"]
+    "command", ["worlds", "run", "sweep", "report", "explain", "export", "detect", "calibrate", "evaluate", "train"]
 )
 def test_every_command_has_help_with_examples(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:

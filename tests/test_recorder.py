@@ -8,14 +8,18 @@ from ticks import found, frame, make_world, person, tick, track
 
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Hook, Tick
+from han_bullet.geometry import Twist2D
 from han_bullet.messages import Detections, DeviceMessage, FrameDetections, ImageHealth, LegScan, RecoveryStep, Status
 from han_bullet.recorder import (
+    CommandsRecorder,
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
     FramesRecorder,
     LegsRecorder,
     MessagesRecorder,
+    OdometryRecorder,
+    PosesRecorder,
     StatusRecorder,
     TraceRecorder,
     TracksRecorder,
@@ -51,6 +55,35 @@ def test_the_trace_has_a_row_per_tick_with_robot_and_people(tmp_path: Path):
         "5.000000,-0.200000,0.000000,standing,9.000000,1.000000,1.500000,walking",
         "0.050000,1.050000,-0.500000,3.000000,0.250000,-0.125000,0.100000,"
         "5.000000,-0.200000,0.000000,seated,9.000000,1.000000,1.500000,walking",
+    ]
+
+
+def test_odometry_and_commands_have_a_row_per_tick_commands_with_all_digits(tmp_path: Path):
+    write(OdometryRecorder(tmp_path / "odometry.csv"))
+    command = Twist2D(0.1 + 0.2, -0.0, 1 / 3)
+    commanded = tuple(replace(one, decision=replace(one.decision, command=command)) for one in TICKS)
+    write(CommandsRecorder(tmp_path / "commands.csv"), commanded)
+    assert (tmp_path / "odometry.csv").read_text().splitlines() == [
+        "time,x,y,yaw,vx,vy,omega",
+        "0.000000,1.000000,-0.500000,3.141593,0.000000,0.000000,0.000000",
+        "0.050000,1.050000,-0.500000,3.000000,0.250000,-0.125000,0.100000",
+    ]
+    assert (tmp_path / "commands.csv").read_text().splitlines() == [
+        "time,vx,vy,omega",
+        "0.000000,0.30000000000000004,-0.0,0.3333333333333333",
+        "0.050000,0.30000000000000004,-0.0,0.3333333333333333",
+    ]
+
+
+def test_poses_have_the_upper_triangle_of_their_covariance(tmp_path: Path):
+    covariance = np.array([[4e-4, 1e-6, -2e-7], [1e-6, 9e-4, 3e-8], [-2e-7, 3e-8, 1e-9]])
+    (one, *_) = TICKS
+    estimate = replace(one.decision.estimate, covariance=covariance, lost=True)
+    write(PosesRecorder(tmp_path / "poses.csv"), (replace(one, decision=replace(one.decision, estimate=estimate)),))
+    assert (tmp_path / "poses.csv").read_text().splitlines() == [
+        "time,x,y,yaw,lost,xx,xy,xyaw,yy,yyaw,yawyaw",
+        "0.000000,1.000000,-0.500000,3.141593,1,"
+        "0.000400000,0.000001000,-0.000000200,0.000900000,0.000000030,0.000000001",
     ]
 
 

@@ -22,6 +22,7 @@ from han_bullet.explain.replay import AGREEMENT, replay
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import CameraImage, Observation, Odometry, Posture, TruePerson, Truth
 from han_bullet.recorder import (
+    CommandsRecorder,
     DetectionsRecorder,
     EmptySeatsRecorder,
     FeetRecorder,
@@ -29,6 +30,7 @@ from han_bullet.recorder import (
     LaserRecorder,
     LegsRecorder,
     MessagesRecorder,
+    OdometryRecorder,
     PosesRecorder,
     StatusRecorder,
     TraceRecorder,
@@ -125,6 +127,8 @@ def files_of_a_run(folder: Path, world: World) -> list[Hook]:
         FramesRecorder(folder / "frames.csv"),
         LegsRecorder(folder / "legs.csv"),
         PosesRecorder(folder / "poses.csv"),
+        OdometryRecorder(folder / "odometry.csv"),
+        CommandsRecorder(folder / "commands.csv"),
         LaserRecorder(folder / "laser.csv", 0),
         MessagesRecorder(folder / "messages.csv", ["tv"]),
     ]

@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.geometry import Array, Pose2D, Twist2D
 from han_bullet.messages import (
     Detections,
     DeviceMessage,
+    Fault,
     ImageHealth,
     LaserScan,
     LegScan,
+    Odometry,
     PoseEstimate,
     Posture,
     RecoveryStep,
@@ -24,7 +26,16 @@ from han_bullet.messages import (
     TruePerson,
     Truth,
 )
-from han_bullet.recorder import DETECTIONS_HEADER, FRAMES_HEADER, LASER_HEADER, LEGS_HEADER, ray_columns
+from han_bullet.recorder import (
+    COMMANDS_HEADER,
+    DETECTIONS_HEADER,
+    FRAMES_HEADER,
+    LASER_HEADER,
+    LEGS_HEADER,
+    ODOMETRY_HEADER,
+    POSES_HEADER,
+    ray_columns,
+)
 from han_bullet.run_folder import (
     Doing,
     OrderEntry,
@@ -42,6 +53,8 @@ from han_bullet.world_schema import CONTROL_PERIOD, World
 TABLES = (
     "trace.csv",
     "poses.csv",
+    "odometry.csv",
+    "commands.csv",
     "status.csv",
     "laser.csv",
     "tracks.csv",
@@ -83,6 +96,8 @@ class RecordedRun:
         result: Of result.json.
         truths: Robot and people of each tick; velocities only in a run with true perception.
         poses: Where the robot believed itself to be, by tick.
+        odometry: What the wheels told, by tick.
+        commands: What the robot was told to do then, by tick.
         scans: Tick -> what the laser measured.
         frames: Tick -> which frames arrived.
         detections: (tick of the exposure, camera) -> what was found in that frame; frames that showed nothing are
@@ -98,6 +113,8 @@ class RecordedRun:
     result: ResultFile
     truths: tuple[Truth, ...]
     poses: Mapping[int, PoseEstimate]
+    odometry: Mapping[int, Odometry]
+    commands: Mapping[int, Twist2D]
     scans: Mapping[int, LaserScan]
     frames: Mapping[int, Sequence[FrameRow]]
     detections: Mapping[Image, Detections]
@@ -130,6 +147,12 @@ class RecordedRun:
         """Return what the robot was up to at a time [s], and what it tried if it could not go on; None: not written."""
         status, step = next(((s, step) for since, s, step in reversed(self.doings) if since <= time), (None, None))
         return None if status is None else (status, step)
+
+    def faults_at(self, time: float) -> tuple[Fault, ...]:
+        """Return what the robot had noticed of its sensors at a time [s]."""
+        noticed = (fault for fault in self.result.faults if fault.since <= time + 1e-6)
+        open_ = (fault for fault in noticed if fault.until is None or time < fault.until - 1e-6)
+        return tuple(Fault(fault.sensor, fault.kind, fault.since) for fault in open_)
 
     def step_at(self, time: float) -> tuple[float, RecoveryStep] | None:
         """Return since when [s] the robot tried what at a time [s]; None where it could go on."""
@@ -164,7 +187,9 @@ def read_run(folder: Path) -> RecordedRun:
         world,
         result,
         truths,
-        _poses(read_table(folder / "poses.csv")),
+        _poses(_of_every_tick(read_table(folder / "poses.csv"), len(truths))),
+        _odometry(_of_every_tick(read_table(folder / "odometry.csv"), len(truths))),
+        _commands(_of_every_tick(read_table(folder / "commands.csv"), len(truths))),
         _scans(read_table(folder / "laser.csv")),
         _frames(read_table(folder / "frames.csv")),
         detections,
@@ -173,6 +198,17 @@ def read_run(folder: Path) -> RecordedRun:
         tracks,
         read_doings(folder),
     )
+
+
+def _of_every_tick(table: Table, count: int | None = None) -> Table:
+    """Return a table if it has a row per tick: as many as there are, where that is known."""
+    ticks = table.ticks().tolist()
+    if ticks != list(range(len(ticks) if count is None else count)) or not ticks:
+        end = "..." if count is None else f"..., {(count - 1) * CONTROL_PERIOD:g}"
+        raise BadInputError(
+            f"{table.path}: its times are not 0, {CONTROL_PERIOD:g}, {end} s; a row per tick would be right"
+        )
+    return table
 
 
 def _tracks(table: Table) -> dict[int, list[TrackRow]]:
@@ -194,9 +230,31 @@ def _messages(table: Table) -> dict[int, list[DeviceMessage]]:
 
 
 def _poses(table: Table) -> dict[int, PoseEstimate]:
-    rows = table.numbers("time", "x", "y", "yaw", "lost").tolist()
-    estimates = (PoseEstimate(time, Pose2D(x, y, yaw), lost=bool(lost)) for time, x, y, yaw, lost in rows)
+    rows = table.numbers(*POSES_HEADER).tolist()
+    estimates = (
+        PoseEstimate(time, Pose2D(x, y, yaw), _symmetric(upper), lost=bool(lost))
+        for time, x, y, yaw, lost, *upper in rows
+    )
     return dict(zip(table.ticks().tolist(), estimates, strict=True))
+
+
+def _symmetric(upper: Sequence[float]) -> Array:
+    """Return the symmetric matrix, shape (3, 3), of the numbers of its upper triangle, row by row."""
+    matrix = np.zeros((3, 3))
+    matrix[np.triu_indices(3)] = upper
+    matrix.T[np.triu_indices(3)] = upper
+    return matrix
+
+
+def _odometry(table: Table) -> dict[int, Odometry]:
+    rows = table.numbers(*ODOMETRY_HEADER).tolist()
+    values = (Odometry(time, Pose2D(x, y, yaw), Twist2D(vx, vy, omega)) for time, x, y, yaw, vx, vy, omega in rows)
+    return dict(zip(table.ticks().tolist(), values, strict=True))
+
+
+def _commands(table: Table) -> dict[int, Twist2D]:
+    twists = (Twist2D(*row) for row in table.numbers(*COMMANDS_HEADER[1:]).tolist())
+    return dict(zip(table.ticks().tolist(), twists, strict=True))
 
 
 def _frames(table: Table) -> dict[int, list[FrameRow]]:
@@ -287,11 +345,7 @@ def _truths(table: Table, world: World, tracks: Mapping[int, Sequence[TrackRow]]
     """Read the trace; a true person's velocity is that of the track with their number, where there is one."""
     people = [_person(table, person.name, number, tracks) for number, person in enumerate(world.people)]
     robots = table.numbers(*(f"robot.{name}" for name in ("x", "y", "yaw", "vx", "vy", "omega"))).tolist()
-    times, ticks = table.numbers("time")[:, 0].tolist(), table.ticks().tolist()
-    if ticks != list(range(len(ticks))) or not ticks:
-        raise BadInputError(
-            f"{table.path}: its times are not 0, {CONTROL_PERIOD:g}, ... s; a row per tick would be right"
-        )
+    times = _of_every_tick(table).numbers("time")[:, 0].tolist()
     return tuple(
         Truth(time, Pose2D(*robot[:3]), Twist2D(*robot[3:]), tuple(person[tick] for person in people))
         for tick, (time, robot) in enumerate(zip(times, robots, strict=True))

@@ -170,14 +170,12 @@ def replay(run: RecordedRun, time: float) -> Replay:
         BadInputError: The run has no such time.
     """
     last = run.tick_at(time)
-    stack = _stack(run)
+    stack = recorded_stack(run)
     looks: dict[str, Look] = {}
     differences = []
     for number in range(last + 1):
-        for order in run.orders_at(number):
-            _give(stack, order)
-        observation = _observation(run, number)
-        decision = stack.step(observation)
+        observation = recorded_observation(run, number)
+        decision = decide_again(run, stack, observation)
         looks |= _looks(run, decision)
         differences.append(_apart(decision.people, run.tracks.get(number, ())))
     first = next((number for number, apart in enumerate(differences) if apart > AGREEMENT), None)
@@ -198,7 +196,8 @@ def _looks(run: RecordedRun, decision: Decision) -> dict[str, Look]:
     return {scan.camera: Look(found[scan.camera], scan, exposed[scan.camera]) for scan in decision.scans}
 
 
-def _stack(run: RecordedRun) -> NavigationStack:
+def recorded_stack(run: RecordedRun) -> NavigationStack:
+    """Return the stack of a run, which believes, finds and says what was believed, found and said then."""
     world, result = run.world, run.result
     tracker: PeopleTracker
     if run.sees:
@@ -222,6 +221,13 @@ def _stack(run: RecordedRun) -> NavigationStack:
     return stack
 
 
+def decide_again(run: RecordedRun, stack: NavigationStack, observation: Observation) -> Decision:
+    """Return the decision on an observation of a run, given the orders that were given then."""
+    for order in run.orders_at(round(observation.time / CONTROL_PERIOD)):
+        _give(stack, order)
+    return stack.step(observation)
+
+
 def _give(stack: NavigationStack, order: OrderEntry) -> None:
     """Give the stack an order again; a hand-over to somebody by the place where they were, as tracks may differ."""
     if order.pose is not None:
@@ -236,13 +242,12 @@ def _give(stack: NavigationStack, order: OrderEntry) -> None:
         stack.override(Twist2D(), hold=0.0)
 
 
-def _observation(run: RecordedRun, number: int) -> Observation:
-    """Return what the robot sensed at a tick, with images that have no pixels; where it was is known, not odometry."""
+def recorded_observation(run: RecordedRun, number: int) -> Observation:
+    """Return what the robot sensed at a tick, with images that have no pixels."""
     truth = run.truths[number]
     images = tuple(_image(run, row) for row in run.frames.get(number, ()))
     messages = tuple(map(write_payload, run.messages.get(number, ())))
-    nowhere = Odometry(truth.time, Pose2D(0.0, 0.0, 0.0), Twist2D())
-    return Observation(truth.time, nowhere, run.scans.get(number), images, messages)
+    return Observation(truth.time, run.odometry[number], run.scans.get(number), images, messages)
 
 
 def _image(run: RecordedRun, row: FrameRow) -> CameraImage:
