@@ -25,7 +25,7 @@ setup(
     package_data={
         "han_bullet": ["py.typed"],
         "han_bullet.models": ["*.npz", "*.safetensors", "*.md"],
-        "ros1_bridge": ["package.xml", "CMakeLists.txt", "launch/*", "rviz/*", "scripts/*"],
+        "ros1_bridge": ["package.xml", "CMakeLists.txt", "launch/*", "config/*", "rviz/*", "scripts/*"],
         "han_bullet.worlds": ["*.yaml"],
         "han_bullet.urdf": ["*.urdf", "meshes/*", "meshes/**/*", "textures/*"],
     },

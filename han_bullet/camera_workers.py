@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import signal
 from collections.abc import Sequence
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.shared_memory import SharedMemory
 from types import TracebackType
@@ -18,42 +17,20 @@ from typing import Any
 
 import numpy as np
 
-from han_bullet.detection.camera_detector import CameraDetector, FrameDetector
+from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.empty_seats import seats_in_view
-from han_bullet.detection.loading import LoadedDetector, load_detector
-from han_bullet.detection.model_files import DEFAULT
-from han_bullet.detection.scan_limits import SHORTEST_SEATED, ScanLimits, limits_on_floor
 from han_bullet.detection.threads import use_one_thread
-from han_bullet.errors import HanError, WorkerDiedError
+from han_bullet.detector_choice import DetectorChoice
+from han_bullet.errors import HanError
 from han_bullet.fork_server import worker_context
-from han_bullet.geometry import Pose2D, camera_on_robot
 from han_bullet.messages import Frame, FrameDetections
+from han_bullet.mounted_camera import MountedCamera, camera_detector
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
+from han_bullet.worker_pipes import receive, send
 from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
 
 STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
-
-
-@dataclass(frozen=True)
-class DetectorChoice:
-    """Which detector to load; small and picklable, since every worker loads its own.
-
-    Attributes:
-        name: As `load_detector` takes it.
-        threshold: Least score; None takes the model's own.
-        classifier: The CNN, as `load_detector` takes it.
-    """
-
-    name: str = DEFAULT
-    threshold: float | None = None
-    classifier: str = DEFAULT
-
-    def load(self) -> LoadedDetector:
-        """Return the detector, for a process that uses one thread."""
-        use_one_thread()  # before a network is made ready: with two threads, that takes six times as long
-        return load_detector(self.name, self.threshold, self.classifier)
 
 
 class CameraStation:
@@ -70,27 +47,15 @@ class CameraStation:
     def __init__(self, world: World, seed: int, cameras: Sequence[str], detector: Detector) -> None:
         use_one_thread()
         self.frames = InProcessRenderer(world, seed)
-        areas = {name: _limits(world.camera(name)) for name in cameras}
-        fixed = [camera for camera in map(world.camera, cameras) if isinstance(camera, CeilingCamera)]
-        seats, boxes = world.seats(), world.solid_boxes()
-        in_view = {c.name: seats_in_view(seats, boxes, c.intrinsics, c.camera_in_world) for c in fixed}
-        self.detector = CameraDetector(detector, areas, in_view)
+        mounted = [MountedCamera.of_world(world.camera(name)) for name in cameras]
+        self.detector = camera_detector(detector, mounted, world.seats(), world.solid_boxes())
+        fixed = [camera for camera in mounted if camera.fixed]
         images = self.frames.calibration_images([camera.name for camera in fixed])
         self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
 
 
-def _limits(camera: CeilingCamera | OnboardCamera) -> ScanLimits:
-    """Return how high people appear to a camera; the robot's has the same place over the floor wherever it drives."""
-    if isinstance(camera, CeilingCamera):
-        over_floor = camera.camera_in_world
-    else:
-        over_floor = camera_on_robot(Pose2D(0.0, 0.0, 0.0), camera.forward, camera.height, camera.pitch_down)
-    return limits_on_floor(camera.intrinsics, over_floor, shortest=SHORTEST_SEATED)
-
-
-def _calibration_frame(camera: CeilingCamera | OnboardCamera, image: Image) -> Frame:
-    assert isinstance(camera, CeilingCamera)
-    return Frame(camera.name, 0.0, image, camera.intrinsics, camera.camera_in_world, fixed=True)
+def _calibration_frame(camera: MountedCamera, image: Image) -> Frame:
+    return Frame(camera.name, 0.0, image, camera.intrinsics, camera.mount, fixed=True)
 
 
 class CameraWorkers(FrameSource, FrameDetector):
@@ -151,7 +116,7 @@ class CameraWorkers(FrameSource, FrameDetector):
     def wait_until_ready(self) -> float:
         """Wait until every worker has loaded world and detector; return the detector's score threshold."""
         if self._threshold is None:
-            thresholds = [_receive(process, connection) for process, connection in self._workers]
+            thresholds = [receive(process, connection) for process, connection in self._workers]
             self._threshold = float(thresholds[0])
         return self._threshold
 
@@ -204,37 +169,14 @@ class CameraWorkers(FrameSource, FrameDetector):
             while waiting and free:
                 process, connection = free.pop(0)
                 camera = waiting.pop(0)
-                _send(process, connection, (camera, state))
+                send(process, connection, (camera, state))
                 busy[connection] = (process, camera)
             ready = wait(list(busy))
             for connection in [connection for connection in busy if connection in ready]:
                 process, camera = busy.pop(connection)
-                results[camera] = _receive(process, connection)
+                results[camera] = receive(process, connection)
                 free.append((process, connection))
         return results
-
-
-def _send(process: Any, connection: Connection, message: object) -> None:
-    try:
-        connection.send(message)
-    except (BrokenPipeError, ConnectionResetError) as error:
-        raise _death(process) from error
-
-
-def _receive(process: Any, connection: Connection) -> Any:
-    """Take one answer; an error that a worker met is raised here."""
-    try:
-        answer = connection.recv()
-    except (EOFError, ConnectionResetError) as error:
-        raise _death(process) from error
-    if isinstance(answer, HanError):
-        raise answer
-    return answer
-
-
-def _death(process: Any) -> WorkerDiedError:
-    process.join(1.0)
-    return WorkerDiedError(f"{process.name} (process {process.pid}) ended with exit code {process.exitcode}")
 
 
 def _serve(

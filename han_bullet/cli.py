@@ -10,7 +10,20 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from han_bullet.commands import calibrate, detect, evaluate, explain, export, report, run, sweep, train, worlds
+from han_bullet.commands import (
+    calibrate,
+    detect,
+    evaluate,
+    explain,
+    export,
+    report,
+    ros_live,
+    ros_robot,
+    run,
+    sweep,
+    train,
+    worlds,
+)
 from han_bullet.commands.parsing import Parser
 from han_bullet.errors import HanError, WorkerDiedError
 from han_bullet.provenance import versions
@@ -44,7 +57,20 @@ def _parser() -> Parser:
     parser = Parser(prog="han-bullet", description=DESCRIPTION)
     parser.add_argument("--version", action="version", version=f"han-bullet {versions()['han_bullet']}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
-    for subject in (worlds, run, sweep, report, explain, export, detect, calibrate, evaluate, train):
+    for subject in (
+        worlds,
+        run,
+        sweep,
+        report,
+        explain,
+        export,
+        detect,
+        calibrate,
+        evaluate,
+        train,
+        ros_live,
+        ros_robot,
+    ):
         subject.add(commands)
     return parser
 

@@ -6,12 +6,15 @@ import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from han_bullet.device_channel import DeviceChannel
 from han_bullet.messages import Observation, Truth
-from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import World
+
+if TYPE_CHECKING:  # hooks are also for real robots, which need no PyBullet
+    from han_bullet.sim.simulator import Simulator
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+from collections.abc import Sequence
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.context import ForkServerContext
 
@@ -16,13 +17,16 @@ from multiprocessing.context import ForkServerContext
 IMPORTED = ("han_bullet.camera_workers", "han_bullet.detection.cnn", "numba.np.arraymath")
 
 
-def worker_context() -> ForkServerContext:
+def worker_context(imported: Sequence[str] = IMPORTED) -> ForkServerContext:
     """Return the context whose processes the server forks.
 
     The server starts with the first call, so call it early; it ends with the calling process.
+
+    Args:
+        imported: Modules that the server imports, by the first call.
     """
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(list(IMPORTED))
+    context.set_forkserver_preload(list(imported))
     resource_tracker.ensure_running()  # which would unblock the signal again
     # What is blocked here stays so in the server: Ctrl-C is for the main process, which then ends the others.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

@@ -18,6 +18,7 @@ import numpy as np
 from han_bullet.device_payload import read_payload
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError
+from han_bullet.messages import Truth
 from han_bullet.world_schema import World
 
 DECIMALS = 6  # micrometres and microseconds: below every figure's meaning, above float noise of a replay
@@ -57,7 +58,10 @@ class TableRecorder(Hook):
 
     def record(self, tick: Tick) -> None:
         """Write the rows of one tick."""
-        lines = [_line(row) for row in self.rows(tick)]
+        self._write(self.rows(tick))
+
+    def _write(self, rows: Iterable[Sequence[Cell]]) -> None:
+        lines = [_line(row) for row in rows]
         if lines:
             self._file.writelines(lines)
             self._file.flush()
@@ -101,13 +105,19 @@ class TraceRecorder(TableRecorder):
 
     def rows(self, tick: Tick) -> Iterable[Sequence[Cell]]:
         """Return the one row of a tick."""
-        truth = tick.truth
+        yield self._row(tick.truth)
+
+    def note(self, truth: Truth) -> None:
+        """Write the row of a tick on which no stack of ours has decided."""
+        self._write([self._row(truth)])
+
+    def _row(self, truth: Truth) -> Sequence[Cell]:
         pose, twist = truth.pose_robot_in_world, truth.twist_robot_in_body
         row: list[Cell] = [truth.time, pose.x, pose.y, pose.yaw, twist.vx, twist.vy, twist.omega]
         for person in truth.people:
             place = person.pose_in_world
             row += [place.x, place.y, place.yaw, person.posture.value]
-        yield [float(cell) if isinstance(cell, int) else cell for cell in row]
+        return [float(cell) if isinstance(cell, int) else cell for cell in row]
 
 
 class PosesRecorder(TableRecorder):

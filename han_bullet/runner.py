@@ -14,12 +14,13 @@ from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
 from han_bullet.assembly import build_localization, build_stack, build_tracker, known_devices
 from han_bullet.assumptions import Scaled
 from han_bullet.atomic_file import write_json
-from han_bullet.camera_workers import CameraStation, CameraWorkers, DetectorChoice
+from han_bullet.camera_workers import CameraStation, CameraWorkers
 from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
+from han_bullet.detector_choice import DetectorChoice
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.episode import Hook, Operator, run_episode
 from han_bullet.errors import BadInputError

@@ -116,11 +116,11 @@ def parse_world(document: dict[str, Any], source: str = "world") -> World:
     try:
         return World.model_validate(document)
     except ValidationError as error:
-        raise BadInputError(f"{source}: {_one_sentence(error)}") from error
+        raise BadInputError(f"{source}: {first_fault(error, 'docs/world_file.md')}") from error
 
 
-def _one_sentence(error: ValidationError) -> str:
-    """Tell the first fault of a document: field, what is wrong, the value given."""
+def first_fault(error: ValidationError, page: str) -> str:
+    """Tell the first fault of a document in a sentence: field, what is wrong, the value given; a page has the keys."""
     # A misspelt key shows as a missing one too: the unknown key is what helps.
     first, *others = sorted(error.errors(), key=lambda fault: fault["type"] != "extra_forbidden")
     kinds = {"go_to", "hand_over", "ceiling", "onboard", "stand", "sit", "walk"}
@@ -129,7 +129,7 @@ def _one_sentence(error: ValidationError) -> str:
     field = "".join(steps).lstrip(".") or "the document"
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
-        message = "unknown key; see docs/world_file.md for the keys that exist"
+        message = f"unknown key; see {page} for the keys that exist"
     elif first["type"] == "union_tag_invalid":
         message = f"kind is {first['ctx']['tag']!r}; there are {first['ctx']['expected_tags']}"
     elif first["type"] != "value_error" and not isinstance(first["input"], dict | list):

@@ -116,7 +116,7 @@ class TV(Part):
     turns_on: Trigger | None = None
 
 
-def _check_period(what: str, rate: float, right: str) -> None:
+def check_period(what: str, rate: float, right: str) -> None:
     """Raise unless a rate's period is an integer multiple of the control period."""
     ticks = 1.0 / (rate * CONTROL_PERIOD)
     if abs(ticks - round(ticks)) > 1e-6 or round(ticks) < 1:
@@ -147,7 +147,7 @@ class CameraBase(Part):
 
     @model_validator(mode="after")
     def _period_is_a_multiple(self) -> CameraBase:
-        _check_period("the camera's rate", self.rate, "20, 10, 5 or 4 Hz")
+        check_period("the camera's rate", self.rate, "20, 10, 5 or 4 Hz")
         return self
 
 
@@ -248,7 +248,7 @@ class Laser(Part):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Laser:
-        _check_period("the laser's rate", self.rate, "20, 10, 5 or 4 Hz")
+        check_period("the laser's rate", self.rate, "20, 10, 5 or 4 Hz")
         steps = self.field_of_view / self.resolution
         if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
             raise ValueError(
@@ -335,7 +335,7 @@ class CostmapSettings(Part):
 
     @model_validator(mode="after")
     def _period_is_a_multiple(self) -> CostmapSettings:
-        _check_period("replan_rate", self.replan_rate, "20, 10, 5, 4 or 2 Hz")
+        check_period("replan_rate", self.replan_rate, "20, 10, 5, 4 or 2 Hz")
         return self
 
 

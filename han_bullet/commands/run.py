@@ -92,8 +92,8 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         from han_bullet.fork_server import worker_context
 
         worker_context()  # its server imports while this process imports the rest
-    from han_bullet.camera_workers import DetectorChoice
     from han_bullet.costmap.layers import layers_meant
+    from han_bullet.detector_choice import DetectorChoice
     from han_bullet.progress import ProgressBar
     from han_bullet.runner import RunOptions, run_world
     from han_bullet.world_file import load_world

@@ -21,6 +21,7 @@ from han_bullet.ros.reading import pose_on_floor, twist_in_body
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import World
 
+GOAL = "/move_base_simple/goal"
 SESSION = "ros"  # what states of devices that come from ROS are signed with
 REPEATED_EVERY = 1.0  # [s]: a device that is not heard for 3 s counts as silent
 MOST_AT_ONCE = 8  # orders of one kind between two ticks
@@ -33,17 +34,18 @@ class RosOrders:
 
     Args:
         link: To ROS.
+        goal: Topic of goals.
     """
 
-    def __init__(self, link: Link) -> None:
-        self._link = link
+    def __init__(self, link: Link, goal: str = GOAL) -> None:
+        self._link, self._goal = link, goal
         self._told: dict[str, tuple[bool, float]] = {}  # of devices: state, and when it was last passed on [s]
         self._hears: dict[str, Callable[[Incoming, Decision], None]] = {}
 
     def begin(self, world: World, stack: NavigationStack, channel: DeviceChannel) -> None:
         """Subscribe and serve."""
         self._world, self._stack, self._channel = world, stack, channel
-        self._hear("/move_base_simple/goal", "geometry_msgs/PoseStamped", self._go)
+        self._hear(self._goal, "geometry_msgs/PoseStamped", self._go)
         self._hear("/move_base/cancel", "actionlib_msgs/GoalID", lambda incoming, decision: stack.cancel())
         self._hear("/hand_over", "std_msgs/Int32", self._hand_over)
         self._hear("/cmd_vel_teleop", "geometry_msgs/Twist", self._drive)
@@ -57,10 +59,18 @@ class RosOrders:
     def attend(self, decision: Decision) -> None:
         """Carry out what has come since the last tick."""
         for incoming in self._link.received():
-            try:
-                self._hears[incoming.name](incoming, decision)
-            except BadInputError as error:
-                self._refuse(incoming, error)
+            self.obey(incoming, decision)
+        self.repeat(decision)
+
+    def obey(self, incoming: Incoming, decision: Decision) -> None:
+        """Carry out an order, or refuse it."""
+        try:
+            self._hears[incoming.name](incoming, decision)
+        except BadInputError as error:
+            self._refuse(incoming, error)
+
+    def repeat(self, decision: Decision) -> None:
+        """Pass on the devices' states again, as often as devices do."""
         for device, (on, told_at) in self._told.items():
             if decision.time - told_at >= REPEATED_EVERY:
                 self._tell(device, on, decision.time)

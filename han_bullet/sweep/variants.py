@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from han_bullet.assumptions import ASSUMPTIONS, JOINT, Scaled
-from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.layers import layers_meant
+from han_bullet.detector_choice import DetectorChoice
 from han_bullet.errors import BadInputError
 from han_bullet.runner import RunOptions
 
