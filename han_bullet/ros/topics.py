@@ -94,7 +94,7 @@ def _of_navigation() -> Iterator[Topic]:
 def _of_costmap(layers: Sequence[str]) -> Iterator[Topic]:
     yield Topic(COSTMAP, "nav_msgs/OccupancyGrid", "the whole, for new subscribers and every 5 s", 5.0)
     yield Topic(COSTMAP_UPDATES, "map_msgs/OccupancyGridUpdate", "the window that has changed", 5.0, queue_size=10)
-    yield Topic(FOOTPRINT, "geometry_msgs/PolygonStamped", "the robot's outline on the map", 5.0)
+    yield Topic(FOOTPRINT, "geometry_msgs/PolygonStamped", "the robot's outline on the map")
     for layer in layers:
         about = f"what the {layer} layer adds to those before it"
         yield Topic(layer_topic(layer), "nav_msgs/OccupancyGrid", about, 2.0)
