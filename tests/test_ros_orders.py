@@ -120,7 +120,7 @@ def tilted(x: float) -> Any:
             make("geometry_msgs/Twist", linear=make("geometry_msgs/Vector3", x=math.nan)),
             "not finite",
         ),
-        ("/initialpose", make("geometry_msgs/PoseWithCovarianceStamped"), "localizes itself by its laser"),
+        ("/initialpose", make("geometry_msgs/PoseWithCovarianceStamped"), "has its pose from the simulator"),
     ],
 )
 def test_what_cannot_be_done_is_refused_with_the_reason_on_rosout(
@@ -130,6 +130,17 @@ def test_what_cannot_be_done_is_refused_with_the_reason_on_rosout(
     ((level, text),) = robot.link.said
     assert level == "warn" and text.startswith(f"{name} refused: ") and reason in text
     assert robot.step().orders == ()
+
+
+@pytest.mark.parametrize(("localization", "reason"), [("lidar", "by its laser"), ("odometry", "by its odometry")])
+def test_a_pose_is_refused_with_how_the_robot_knows_its_own(
+    robot: Robot, localization: str, reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot.stack.localization, "name", localization)
+    robot.hear("/initialpose", make("geometry_msgs/PoseWithCovarianceStamped"))
+    ((_, text),) = robot.link.said
+    assert text.startswith("/initialpose refused: the robot") and reason in text
+    assert "x 1.00 m, y 0.00 m in 'map'" in text
 
 
 @pytest.mark.parametrize("name", ["/move_base_simple/goal", "/hand_over", "/cmd_vel_teleop", "/tv/state"])
