@@ -7,6 +7,7 @@ from han_bullet.messages import Path
 from han_bullet.ros.dated import dated
 from han_bullet.ros.message_types import header, make, seconds, serialize
 from han_bullet.ros.navigation_messages import plan_message
+from han_bullet.ros.occupancy import grid_message
 from han_bullet.ros.placing import floor_transform
 
 
@@ -23,8 +24,11 @@ def test_every_header_within_a_message_is_later_by_the_epoch_and_nothing_else_ch
 def test_transforms_and_numbers_are_dated_too_and_a_message_without_header_stays() -> None:
     tree = make("tf2_msgs/TFMessage", transforms=[floor_transform(header(2.0, "map"), "odom", Pose2D(1.0, 2.0, 0.5))])
     assert seconds(dated(tree, 100.0).transforms[0].header.stamp) == 102.0
-    grid = make("nav_msgs/OccupancyGrid", header=header(3.0, "map"), data=np.arange(6, dtype=np.int8))
+    grid = grid_message(np.zeros((2, 3), np.int8), np.zeros(2), 0.05, 3.0)
     later = dated(grid, 100.0)
-    assert seconds(later.header.stamp) == 103.0 and later.data is grid.data
+    assert (seconds(later.header.stamp), seconds(later.info.map_load_time)) == (103.0, 103.0)
+    assert later.data is grid.data
+    marker = make("visualization_msgs/Marker", lifetime=make("builtin_interfaces/Duration", sec=1))
+    assert dated(marker, 100.0).lifetime.sec == 1
     twist = make("geometry_msgs/Twist")
     assert serialize(dated(twist, 100.0)) == serialize(twist)

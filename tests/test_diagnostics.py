@@ -8,13 +8,15 @@ import pytest
 from ticks import CAMERA, frame, make_world, tick
 
 from han_bullet.episode import Tick
-from han_bullet.messages import Fault, Path, Status
+from han_bullet.geometry import Pose2D
+from han_bullet.messages import Fault, GoTo, Path, Status
 from han_bullet.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from han_bullet.ros.message_types import serialize
 from han_bullet.ros.stage_times import StageTimes
 
 TV = {"name": "tv", "position": [4.0, 1.0], "facing": 0.0}
 WORLD = make_world(cameras=[CAMERA.model_dump(mode="json")], devices=[TV])
+TASK = GoTo(Pose2D(5.0, 0.0, 0.0))
 STANDING_WAY = Path(tick().decision.estimate.pose_robot_in_world.position[None], 0.0)
 
 
@@ -75,9 +77,22 @@ def test_a_lost_robot_is_an_error_of_localization() -> None:
     assert statuses([tick()])["localization"].level == OK
 
 
-def test_no_way_is_a_warning() -> None:
-    assert statuses([tick()], path=None)["planner"].level == WARN
-    assert statuses([tick()])["planner"].level == OK
+def test_no_way_to_the_goal_of_a_task_is_a_warning() -> None:
+    scene = dataclasses.replace(tick().decision.scene, task=TASK)
+    assert statuses([tick()], scene=scene, path=None)["planner"].level == WARN
+    assert statuses([tick()], scene=scene)["planner"].level == OK
+
+
+@pytest.mark.parametrize("over", [{"status": Status.ARRIVED}, {"gave_up": "a crate is in the door"}])
+def test_a_robot_whose_task_is_over_lacks_no_way(over: dict[str, Any]) -> None:
+    scene = dataclasses.replace(tick().decision.scene, task=TASK)
+    planner = statuses([tick()], scene=scene, path=None, **over)["planner"]
+    assert (planner.level, planner.message) == (OK, "has nothing to plan")
+
+
+def test_a_robot_without_a_task_lacks_no_way() -> None:
+    assert tick().decision.scene.task is None
+    assert statuses([tick()], path=None, status=Status.IDLE)["planner"].level == OK
 
 
 @pytest.mark.parametrize("status", Status)

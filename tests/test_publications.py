@@ -279,6 +279,22 @@ def test_a_layer_of_ones_own_has_a_grid_if_it_was_named(layers: tuple[str, ...],
     assert (layer_topic("corner") in sent) is has_grid
 
 
+def test_of_two_layers_of_one_name_none_is_lost() -> None:
+    class OtherCorner(Corner):
+        def apply(self, costmap: Costmap, scene: Scene) -> None:
+            costmap.cost[-1, -1] = 9
+
+    class Stack:
+        layers: Sequence[Layer] = (Corner(), OtherCorner())
+
+    stack = Stack()
+    Publications(WORLD, (*STANDARD_LAYERS, "corner")).watch_layers(cast(NavigationStack, stack))
+    costmap = Costmap.covering([((0.0, 20.0), (-2.0, 2.0))], 0.1)
+    for layer in stack.layers:
+        layer.apply(costmap, moment(0).decision.scene)
+    assert (costmap.cost[0, 0], costmap.cost[-1, -1]) == (7, 9)
+
+
 def without_timings(text: str) -> dict[str, Any]:
     result: dict[str, Any] = json.loads(text)
     del result["timings"]

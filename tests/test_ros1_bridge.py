@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -47,6 +48,15 @@ def test_all_that_the_package_needs_is_installed_by_make_ros() -> None:
     assert package.findtext("name") == PACKAGE.name and "rospy" in needed
     for name in needed:
         assert f" python3-{name.replace('_', '-')}" in installed or f" {name} " in installed
+
+
+def test_every_folder_of_the_package_is_installed() -> None:
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert {"config", "launch", "rviz", "scripts"} <= folders
+    cmake, setup = (PACKAGE / "CMakeLists.txt").read_text(), (ROOT / "setup.py").read_text()
+    (directories,) = re.findall(r"install\(DIRECTORY (.*) DESTINATION", cmake)
+    assert {*directories.split(), "scripts"} == folders and "install(PROGRAMS scripts/han_bullet " in cmake
+    assert all(f'"{name}/*"' in setup for name in folders)
 
 
 def test_the_script_hands_on_all_but_remappings(tmp_path: Path) -> None:

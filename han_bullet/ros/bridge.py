@@ -54,8 +54,9 @@ class RosBridge(Operator, Hook):
         self._orders.attend(decision)
 
     def is_over(self, decision: Decision, duration: float) -> bool:
-        """Tell whether the episode is over: for who stays, not before they leave."""
-        return self._leaves or (not self._stays and super().is_over(decision, duration))
+        """Tell whether the episode is over: for who stays, not before they leave or nobody can reach them any more."""
+        stays = self._stays and self._link.ended is None
+        return self._leaves or (not stays and super().is_over(decision, duration))
 
     def leave(self) -> None:
         """Let the episode end after this tick."""

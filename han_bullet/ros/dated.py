@@ -7,13 +7,13 @@ from typing import Any
 
 from han_bullet.ros.message_types import seconds, stamp, type_of
 
-HEADER = "std_msgs/Header"
+TIME = "builtin_interfaces/Time"
 
 
 def dated(message: Any, epoch: float) -> Any:
-    """Return a message whose headers' stamps, and those of messages within it, are later by an epoch [s]."""
-    if type_of(message) == HEADER:
-        return dataclasses.replace(message, stamp=stamp(seconds(message.stamp) + epoch))
+    """Return a message whose times, and those of messages within it, are later by an epoch [s]; durations are not."""
+    if type_of(message) == TIME:
+        return stamp(seconds(message) + epoch)
     changes = {}
     for field in dataclasses.fields(message):
         value = getattr(message, field.name)

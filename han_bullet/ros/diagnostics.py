@@ -92,7 +92,9 @@ def _of_stages(decision: Decision) -> Iterator[Any]:
     yield _status("localization", *((ERROR, lost) if estimate.lost else (OK, "knows where it is")), deviations)
     seen = {"people": str(len(decision.people)), "measurements": str(sum(len(s.positions) for s in decision.scans))}
     yield _status("tracker", OK, "follows people" if decision.people else "nobody is there", seen)
-    if path is None:
+    if decision.scene.task is None or decision.ends_task:
+        yield _status("planner", OK, "has nothing to plan", {})
+    elif path is None:
         yield _status("planner", WARN, "there is no free way", {})
     else:
         yield _status("planner", OK, "has a way", {"cost [m]": f"{path.cost:.2f}", "expanded": str(path.expanded)})

@@ -24,6 +24,10 @@ from han_bullet.world_schema import World
 GOAL = "/move_base_simple/goal"
 SESSION = "ros"  # what states of devices that come from ROS are signed with
 REPEATED_EVERY = 1.0  # [s]: a device that is not heard for 3 s counts as silent
+POSE_IS_KNOWN = {
+    "lidar": "localizes itself by its laser, and finds itself where it is lost",
+    "odometry": "goes by its odometry from the world's start, and must be put there and started anew",
+}
 MOST_AT_ONCE = 8  # orders of one kind between two ticks
 
 _log = logging.getLogger(__name__)
@@ -49,7 +53,7 @@ class RosOrders:
         self._hear("/move_base/cancel", "actionlib_msgs/GoalID", lambda incoming, decision: stack.cancel())
         self._hear("/hand_over", "std_msgs/Int32", self._hand_over)
         self._hear("/cmd_vel_teleop", "geometry_msgs/Twist", self._drive)
-        self._hear("/initialpose", "geometry_msgs/PoseWithCovarianceStamped", _refuse_pose)
+        self._hear("/initialpose", "geometry_msgs/PoseWithCovarianceStamped", self._refuse_pose)
         for device in world.devices:
             take = functools.partial(self._device, device.name)
             self._hear(f"/{device.name}/state", "std_msgs/Bool", take)
@@ -110,6 +114,13 @@ class RosOrders:
         self._told[device] = on, time
         self._channel.publish(device, write_payload(DeviceMessage(device, time, on, SESSION)))
 
+    def _refuse_pose(self, incoming: Incoming, decision: Decision) -> None:
+        pose, name = decision.estimate.pose_robot_in_world, self._stack.localization.name
+        raise BadInputError(
+            f"the robot {POSE_IS_KNOWN.get(name, f'has its pose from the {name}')}; it takes itself to be at "
+            f"x {pose.x:.2f} m, y {pose.y:.2f} m in {MAP!r}"
+        )
+
     def _plan(self, incoming: Incoming, decision: Decision) -> None:
         asked = deserialize("nav_msgs/GetPlanRequest", incoming.raw)
         here = decision.estimate.pose_robot_in_world
@@ -123,11 +134,3 @@ class RosOrders:
         self._stack.clear_obstacles()
         assert incoming.request is not None
         self._link.reply(incoming.request)
-
-
-def _refuse_pose(incoming: Incoming, decision: Decision) -> None:
-    pose = decision.estimate.pose_robot_in_world
-    raise BadInputError(
-        f"the robot localizes itself by its laser, and finds itself where it is lost; it takes itself to be at "
-        f"x {pose.x:.2f} m, y {pose.y:.2f} m in {MAP!r}"
-    )

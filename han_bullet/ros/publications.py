@@ -84,9 +84,9 @@ class Publications:
 
     def watch_layers(self, stack: NavigationStack) -> None:
         """Let a stack's layers note what each adds while its grid is wanted; without this, layers have no grids."""
-        known = [layer for layer in stack.layers if layer_topic(layer.name) in self._rates]
-        self._layers = {layer.name: WatchedLayer(layer) for layer in known}
-        stack.layers = tuple(self._layers.get(layer.name, layer) for layer in stack.layers)
+        layers = [WatchedLayer(layer) if layer_topic(layer.name) in self._rates else layer for layer in stack.layers]
+        self._layers = {layer.name: layer for layer in layers if isinstance(layer, WatchedLayer)}
+        stack.layers = tuple(layers)
 
     def watch_times(self, stack: NavigationStack) -> None:
         """Measure a stack's stages for the diagnostics, by the wall clock."""
