@@ -1,6 +1,7 @@
 """What all tests share: the folder of photographs, and CI's promise that nothing was skipped."""
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,12 @@ from mosquitto import PROGRAM, Broker, running
 
 settings.register_profile("untimed", deadline=None)  # no test is about how fast a machine is
 settings.load_profile("untimed")
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C reach the programs that tests start, also where a shell's `&` has made this one deaf to it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
