@@ -67,9 +67,9 @@ def stamped(x: float, y: float, frame: str = "map", w: float = 1.0) -> dict[str,
     return {"header": {"frame_id": frame}, "pose": pose}
 
 
-def run_command(folder: Path, *more: str) -> list[str]:
+def run_command(folder: Path, *more: str, world: str = "real2") -> list[str]:
     options = ["--perception", "truth", "--no-video", "--out", str(folder)]
-    return [sys.executable, "-m", "han_bullet.cli", "run", "real2", *options, *more]
+    return [sys.executable, "-m", "han_bullet.cli", "run", world, *options, *more]
 
 
 @contextlib.contextmanager

@@ -30,8 +30,9 @@ IMAGES = 150  # of 0.9 MB each, 132 MB in all
 
 
 @pytest.fixture
-def link(ros_master: Master) -> Iterator[Link]:
-    """A link with topics both ways, a service and a parameter."""
+def link(ros_master: Master, monkeypatch: pytest.MonkeyPatch) -> Iterator[Link]:
+    """A link with topics both ways, a service and a parameter; a node that dies is started again soon."""
+    monkeypatch.setattr(link_module, "SHORT_LIFE", 0.1)
     with Link() as link:
         link.advertise("/count", "std_msgs/Int32", size=10)
         link.advertise("/map", "std_msgs/String", latched=True)
