@@ -448,7 +448,7 @@ class Scene:
         task: What the robot is doing.
         pose_robot_in_world: Where it is; None where it is not known.
         laser: The scan that has come, or None.
-        pose_robot_at_scan: Where the robot was in the world when it was taken; None without a scan.
+        pose_robot_at_scan: Where the robot was in the world when it was taken; None: where it is.
     """
 
     time: float

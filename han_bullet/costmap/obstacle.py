@@ -72,7 +72,7 @@ class ObstacleLayer(Layer):
         if grid != self._grid:
             self._grid = grid
             self._evidence, self._marks = np.zeros(costmap.shape, np.uint8), np.full(costmap.shape, FREE, np.uint8)
-        scan, pose = scene.laser, scene.pose_robot_at_scan
+        scan, pose = scene.laser, scene.pose_robot_at_scan or scene.pose_robot_in_world
         if scan is not None and pose is not None and scan.time > self._scanned_at:
             self._scanned_at = scan.time
             self._take_in(costmap, scan, pose, scene)
