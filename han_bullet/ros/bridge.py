@@ -6,7 +6,7 @@ from han_bullet.device_channel import DeviceChannel
 from han_bullet.episode import Hook, Operator, Tick
 from han_bullet.ros.link import Link
 from han_bullet.ros.orders import RosOrders
-from han_bullet.ros.publications import Publications
+from han_bullet.ros.publisher import Publisher
 from han_bullet.ros.topics import DESCRIPTION
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import World
@@ -24,30 +24,17 @@ class RosBridge(Operator, Hook):
         self._link, self._stays = link, stays
         link.set_param("/use_sim_time", True)  # others read it when they start, which they may do now
         self._orders = RosOrders(link)
-        self._joined: dict[str, int] = {}
         self._leaves = False
 
     def begin(self, world: World, stack: NavigationStack, channel: DeviceChannel) -> None:
         """Advertise, subscribe, and say what never changes."""
-        self._publications = Publications(world, [layer.name for layer in stack.layers])
-        self._publications.watch_layers(stack)
-        self._publications.watch_times(stack)
-        self._link.set_param(f"/{DESCRIPTION}", self._publications.robot_description)
-        for topic in self._publications.topics:
-            self._link.advertise(topic.name, topic.type, latched=topic.latched, size=topic.queue_size)
-        for outgoing in self._publications.statics():
-            self._link.publish(outgoing.topic, outgoing.message)
+        self._publisher = Publisher(self._link, world, stack)
+        self._link.set_param(f"/{DESCRIPTION}", self._publisher.robot_description)
         self._orders.begin(world, stack, channel)
 
     def record(self, tick: Tick) -> None:
         """Publish what a tick has come to, as far as somebody listens."""
-        for topic in self._publications.topics:
-            joined = self._link.listeners(topic.name)
-            if joined > self._joined.get(topic.name, 0):
-                self._publications.greet(topic.name)
-            self._joined[topic.name] = joined
-        for outgoing in self._publications.of(tick.observation, tick.decision, self._is_wanted):
-            self._link.publish(outgoing.topic, outgoing.message)
+        self._publisher.tell(tick.observation, tick.decision)
 
     def attend(self, decision: Decision) -> None:
         """Give the orders that have come."""
@@ -61,6 +48,3 @@ class RosBridge(Operator, Hook):
     def leave(self) -> None:
         """Let the episode end after this tick."""
         self._leaves = True
-
-    def _is_wanted(self, topic: str) -> bool:
-        return self._link.listeners(topic) > 0

@@ -9,7 +9,7 @@ from han_bullet.messages import Observation
 from han_bullet.ros.dated import dated
 from han_bullet.ros.frames import MAP
 from han_bullet.ros.link import Link
-from han_bullet.ros.publications import Publications
+from han_bullet.ros.publisher import Publisher
 from han_bullet.ros.topics import camera_topic
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import World
@@ -28,30 +28,13 @@ class LiveTopics:
     """
 
     def __init__(self, world: World, stack: NavigationStack, link: Link) -> None:
-        self._link = link
-        self._publications = Publications(world, [layer.name for layer in stack.layers])
-        self._publications.watch_layers(stack)
-        self._publications.watch_times(stack)
         of_robot = {*OF_ROBOT}
         of_robot |= {camera_topic(c.name, what) for c in world.cameras for what in ("image_raw", "camera_info")}
-        self._listeners: dict[str, int] = {}
-        for topic in self._publications.topics:
-            if topic.name not in of_robot:
-                link.advertise(topic.name, topic.type, latched=topic.latched, size=topic.queue_size)
-                self._listeners[topic.name] = 0
-        for outgoing in self._publications.statics():
-            link.publish(outgoing.topic, _from_map(outgoing.topic, outgoing.message))
+        self._publisher = Publisher(link, world, stack, left_out=of_robot, change=_from_map)
 
     def tell(self, observation: Observation, decision: Decision, epoch: float) -> None:
         """Publish what is due of a tick, stamped by the robot's clock, which the loop's began at [s]."""
-        for topic, before in self._listeners.items():
-            now = self._link.listeners(topic)
-            if now > before:
-                self._publications.greet(topic)
-            self._listeners[topic] = now
-        for outgoing in self._publications.of(observation, decision, lambda name: self._listeners.get(name, 0) > 0):
-            message = dated(_from_map(outgoing.topic, outgoing.message), epoch)
-            self._link.publish(outgoing.topic, message)
+        self._publisher.tell(observation, decision, lambda topic, message: dated(_from_map(topic, message), epoch))
 
 
 def _from_map(topic: str, message: Any) -> Any:
