@@ -92,6 +92,11 @@ def test_a_camera_without_calibration_is_the_world_files_own_as_the_robots_is(fo
         ("localization: lidar", "localisation: lidar", "localisation: unknown key; see docs/ros_live.md"),
         ("localization: lidar", "localization: gps", "localization: Input should be 'lidar' or 'odometry'"),
         ("laser: {topic: /scan}\n", "", "localization is 'lidar', but no laser is given"),
+        (
+            "localization: lidar",
+            "localization: lidar\ncommand: {topic: cmd_vel_teleop}",
+            "'/cmd_vel_teleop', on which the robot is driven by hand",
+        ),
         ("/scan", "/odom", "topic '/odom' is given twice"),
         ("/scan", "odom", "topic '/odom' is given twice"),
         ("name: camera2", "name: camera1", "camera name 'camera1' is given twice"),

@@ -130,7 +130,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         told = f"{check.metric} is {check.value}, expected {check.expected}"
         console.print(f"[red]not met[/]: {escape(told)}", soft_wrap=True)
     if result.orders:
-        console.print(f"expectations not checked: the robot was given {len(result.orders)} orders", soft_wrap=True)
+        console.print(f"expectations not checked, as the robot was given orders: {len(result.orders)}", soft_wrap=True)
     if result.checks and not failed:
         console.print(f"[green]all {len(result.checks)} expectations met[/]")
     console.print(f"real-time factor {result.real_time_factor:.2f}; results in {folder}/", markup=False, soft_wrap=True)

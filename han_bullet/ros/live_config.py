@@ -9,6 +9,7 @@ import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from han_bullet.errors import BadInputError, quoted
+from han_bullet.ros.topics import TELEOPERATION
 from han_bullet.world_file import first_fault, read_yaml
 from han_bullet.world_schema import Name, Part, Point3, Positive, check_period
 
@@ -73,6 +74,10 @@ class LiveConfig(Part):
             twice = sorted({one for one in given if given.count(one) > 1})
             if twice:
                 raise ValueError(f"{what} {twice[0]!r} is given twice; each must have its own")
+        if absolute(self.command.topic) == TELEOPERATION:
+            raise ValueError(
+                f"command is {TELEOPERATION!r}, on which the robot is driven by hand; /cmd_vel would be right"
+            )
         if self.localization == "lidar" and self.laser is None:
             raise ValueError("localization is 'lidar', but no laser is given; a laser or 'odometry' would be right")
         return self

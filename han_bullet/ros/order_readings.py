@@ -1,4 +1,4 @@
-"""What people and programs send over ROS, as our values: every number checked, every refusal a sentence."""
+"""What orders from ROS say, as our values: every number checked, every refusal a sentence."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.ros.frames import MAP
+from han_bullet.ros.placing import yaw_of
 
-UNIT_WITHIN = 0.1  # how far a quaternion's norm may be from 1
 LEVEL_WITHIN = 0.1  # how much of a quaternion may tilt the robot
 
 
@@ -23,15 +23,12 @@ def pose_on_floor(stamped: Any) -> Pose2D:
     if frame != MAP:
         raise BadInputError(f"the pose is in frame {frame[:60]!r}; {MAP!r} would be right")
     position, turn = stamped.pose.position, stamped.pose.orientation
-    quaternion = (turn.x, turn.y, turn.z, turn.w)
-    if not all(map(math.isfinite, (position.x, position.y, *quaternion))):
-        raise BadInputError(f"the pose is x {position.x}, y {position.y}, quaternion {quaternion}; not finite")
-    norm = math.sqrt(sum(part * part for part in quaternion))
-    if abs(norm - 1.0) > UNIT_WITHIN:
-        raise BadInputError(f"the pose's quaternion {quaternion} has the norm {norm:g}; 1 would be right")
+    yaw = yaw_of(turn)
+    if not (math.isfinite(position.x) and math.isfinite(position.y)):
+        raise BadInputError(f"the pose is at x {position.x}, y {position.y}; not finite")
     if math.hypot(turn.x, turn.y) > LEVEL_WITHIN:
-        raise BadInputError(f"the pose's quaternion {quaternion} tilts the robot; x and y 0 would be right")
-    return Pose2D(position.x, position.y, 2.0 * math.atan2(turn.z, turn.w))
+        raise BadInputError(f"the pose's quaternion has x {turn.x:g}, y {turn.y:g}, which tilts the robot; 0 is right")
+    return Pose2D(float(position.x), float(position.y), yaw)
 
 
 def twist_in_body(twist: Any) -> Twist2D:

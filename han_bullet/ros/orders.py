@@ -17,7 +17,8 @@ from han_bullet.ros.frames import MAP
 from han_bullet.ros.link import Incoming, Link
 from han_bullet.ros.message_types import deserialize, make
 from han_bullet.ros.navigation_messages import plan_message
-from han_bullet.ros.reading import pose_on_floor, twist_in_body
+from han_bullet.ros.order_readings import pose_on_floor, twist_in_body
+from han_bullet.ros.topics import TELEOPERATION
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.world_schema import World
 
@@ -52,7 +53,7 @@ class RosOrders:
         self._hear(self._goal, "geometry_msgs/PoseStamped", self._go)
         self._hear("/move_base/cancel", "actionlib_msgs/GoalID", lambda incoming, decision: stack.cancel())
         self._hear("/hand_over", "std_msgs/Int32", self._hand_over)
-        self._hear("/cmd_vel_teleop", "geometry_msgs/Twist", self._drive)
+        self._hear(TELEOPERATION, "geometry_msgs/Twist", self._drive)
         self._hear("/initialpose", "geometry_msgs/PoseWithCovarianceStamped", self._refuse_pose)
         for device in world.devices:
             take = functools.partial(self._device, device.name)

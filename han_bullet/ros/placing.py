@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.ros.message_types import header, make
+
+UNIT_WITHIN = 0.05  # how far a quaternion's length may be from 1
 
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
@@ -42,6 +45,19 @@ def pose_message(pose: Pose2D, height: float = 0.0) -> Any:
 def pose_stamped(pose: Pose2D, time: float, frame: str) -> Any:
     """Return a pose on the floor at a time [s] as a geometry_msgs/PoseStamped."""
     return make("geometry_msgs/PoseStamped", header=header(time, frame), pose=pose_message(pose))
+
+
+def yaw_of(quaternion: Any) -> float:
+    """Return the turn about the vertical [rad] of a geometry_msgs/Quaternion.
+
+    Raises:
+        BadInputError: It is no turn: its length is not 1, or not finite.
+    """
+    x, y, z, w = (float(getattr(quaternion, name)) for name in "xyzw")
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    if not abs(length - 1.0) <= UNIT_WITHIN:  # nor NaN
+        raise BadInputError(f"orientation is ({x:g}, {y:g}, {z:g}, {w:g}), of length {length:g}; 1 would be right")
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
 def transform(parent: Any, child: str, translation: Any, rotation: Any) -> Any:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Intrinsics, Pose2D, Twist2D
 from han_bullet.messages import LaserScan, Odometry
+from han_bullet.ros.placing import yaw_of
 
 # Channels, and their order that gives red, green, blue. 8UC3 is what programs with OpenCV send, in whose order it is.
 ENCODINGS = {"rgb8": (3, (0, 1, 2)), "bgr8": (3, (2, 1, 0)), "8UC3": (3, (2, 1, 0)), "mono8": (1, (0, 0, 0))}
-UNIT = 0.05  # how far a quaternion's length may be from 1
 MOST_RAYS = 100_000
 
 
@@ -51,7 +51,7 @@ def read_odometry(message: Any, time: float) -> Odometry:
         BadInputError: It holds what is no number, or a quaternion that is no turn.
     """
     position, twist = message.pose.pose.position, message.twist.twist
-    yaw = _yaw(message.pose.pose.orientation)
+    yaw = yaw_of(message.pose.pose.orientation)
     numbers = (position.x, position.y, yaw, twist.linear.x, twist.linear.y, twist.angular.z)
     if not all(map(math.isfinite, numbers)):
         raise BadInputError(f"odometry is {', '.join(f'{n:g}' for n in numbers)}; six finite numbers would be right")
@@ -85,12 +85,3 @@ def read_scan(message: Any, time: float, scanner_in_body: Pose2D) -> LaserScan:
     if step < 0.0:
         ranges, first, step = ranges[::-1].copy(), first + step * (len(ranges) - 1), -step
     return LaserScan(time, ranges, first, step, low, high, scanner_in_body)
-
-
-def _yaw(quaternion: Any) -> float:
-    """Return the turn about the vertical [rad]."""
-    x, y, z, w = (float(getattr(quaternion, name)) for name in "xyzw")
-    length = math.sqrt(x * x + y * y + z * z + w * w)
-    if not abs(length - 1.0) <= UNIT:  # nor NaN
-        raise BadInputError(f"orientation is ({x:g}, {y:g}, {z:g}, {w:g}), of length {length:g}; 1 would be right")
-    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)

@@ -17,7 +17,7 @@ from han_bullet.ros.camera_messages import calibration_message, image_message
 from han_bullet.ros.frames import MAP
 from han_bullet.ros.link import Link
 from han_bullet.ros.message_types import deserialize, make, stamp
-from han_bullet.ros.reading import twist_in_body
+from han_bullet.ros.order_readings import twist_in_body
 from han_bullet.ros.robot_description import RobotDescription
 from han_bullet.ros.robot_messages import Joints, odometry_message, scan_message
 from han_bullet.ros.topics import DESCRIPTION, Outgoing, camera_topic, topics

@@ -13,6 +13,7 @@ COSTMAP, COSTMAP_UPDATES = f"{GLOBAL_COSTMAP}/costmap", f"{GLOBAL_COSTMAP}/costm
 FOOTPRINT = f"{GLOBAL_COSTMAP}/footprint"
 DESCRIPTION = "robot_description"  # the name of the parameter
 PLAN, CURRENT_GOAL = "/move_base/GlobalPlanner/plan", "/move_base/current_goal"
+TELEOPERATION = "/cmd_vel_teleop"  # heard, not said
 ROBOT_POSE, PEOPLE_MARKERS, DETECTION_MARKERS = "/amcl_pose", "/people_markers", "/detection_markers"
 
 
