@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A ROS 1 node on behalf of a program that knows no ROS: it publishes, hears and serves raw messages.
 
-The core starts it as `/usr/bin/python3 -sE node.py --socket FD --name NAME`; rospy and the standard library are all it
+The core starts it as `/usr/bin/python3 -s node.py --socket FD --name NAME`; rospy and the standard library are all it
 needs (Python 3.8 or later). What it does, the core tells it through the socket: see wire.py. It ends with the socket.
 """
 

@@ -30,6 +30,30 @@ def test_a_machine_without_ros_is_told_how_to_get_it(instead: str, monkeypatch: 
         check_ros()
 
 
+def test_a_ros_that_the_shell_knows_is_found_and_nothing_else_of_its_module_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("workspace/rospy", "other/json"):
+        (tmp_path / module).mkdir(parents=True)
+        (tmp_path / module / "__init__.py").touch()
+    monkeypatch.setattr(node_process, "SYSTEM_PYTHON", sys.executable)  # to which nobody else brings rospy
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path / 'other'}:{tmp_path / 'workspace'}:")
+    check_ros()
+    assert node_process._environment(URI)["PYTHONPATH"] == str(tmp_path / "workspace")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "other"))
+    with pytest.raises(BadInputError):
+        check_ros()
+
+
+def test_a_ros_of_its_own_packages_is_found_though_no_shell_knows_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "rospy").mkdir()
+    monkeypatch.setattr(node_process, "NOETIC", str(tmp_path))
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    assert node_process._environment(URI)["PYTHONPATH"] == str(tmp_path)
+
+
 def test_a_node_that_dies_while_it_starts_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(node_process, "SYSTEM_PYTHON", python(tmp_path, "echo first >&2; echo the reason >&2; exit 1"))
     with pytest.raises(HanError, match=r"^the ROS node does not start: the reason$"):

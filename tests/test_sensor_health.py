@@ -67,6 +67,14 @@ def test_cameras_that_send_ever_new_pictures_in_time_have_no_fault() -> None:
     assert all(all(report.usable) and report.speed_factor == 1.0 for report in reports)
 
 
+@pytest.mark.parametrize("exposed", [-1, -2, -3])
+def test_what_was_taken_before_the_first_tick_arrives_late_at_worst_and_is_not_lossy(exposed: int) -> None:
+    def frames(tick: int) -> list[FrameDetections]:
+        return [frame("left", exposed if tick == 0 else tick), frame("right", tick)]
+
+    assert {kind for _, kind in spans(watch(1.0, frames))} <= {"late"}
+
+
 def test_a_picture_that_repeats_is_frozen_at_once_until_half_a_second_after_the_next_new_one() -> None:
     def frames(tick: int) -> list[FrameDetections]:
         return [frame("left", tick, live(38) if 40 <= tick < 80 else None), frame("right", tick)]

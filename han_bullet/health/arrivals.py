@@ -31,7 +31,7 @@ class Arrivals:
         self._taken.append(taken)
         while self._taken[0] < self._taken[-1] - LOOK_BACK + 0.5 * self._period:
             self._taken.popleft()
-        expected = min(LOOK_BACK, taken + self._period) / self._period
+        expected = max(min(LOOK_BACK, taken + self._period) / self._period, 1.0)  # it may be older than the run
         self._lossy = 1.0 - len(self._taken) / expected > (FEW_LOST if self._lossy else MOST_LOST) + 1e-6
 
     @property

@@ -18,7 +18,7 @@ from ros1_bridge import wire
 SYSTEM_PYTHON = "/usr/bin/python3"  # where Debian's and Ubuntu's packages put rospy
 NODE = Path(wire.__file__).with_name("node.py")
 CURE = "`make ros` installs it, or the packages in ros1_bridge/README.md; Debian 12 and Ubuntu 22.04 have them"
-PYTHON_SETTINGS = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV"}
+NOETIC = "/opt/ros/noetic/lib/python3/dist-packages"  # where ROS's own packages put it
 READY_WITHIN = 20.0  # [s]; usually 0.4
 LOOKED_EVERY = 0.1  # [s]: whether the start was given up
 ENDS_WITHIN = 3.0  # [s]
@@ -40,7 +40,7 @@ class NodeProcess:
         self.socket, theirs = socket.socketpair()
         with theirs, tempfile.TemporaryFile() as complaints:
             self._process = subprocess.Popen(
-                [SYSTEM_PYTHON, "-sE", str(NODE), "--socket", str(theirs.fileno()), "--name", name.lstrip("/")],
+                [SYSTEM_PYTHON, "-s", str(NODE), "--socket", str(theirs.fileno()), "--name", name.lstrip("/")],
                 pass_fds=[theirs.fileno()],
                 env=_environment(uri),
                 stdin=subprocess.DEVNULL,
@@ -86,19 +86,27 @@ class NodeProcess:
 
 def check_ros() -> None:
     """Raise BadInputError unless the system's python3 has rospy."""
-    look = "import sys, importlib.util; sys.exit(importlib.util.find_spec('rospy') is None)"
+    command = [SYSTEM_PYTHON, "-s", "-c", "import sys, importlib.util; sys.exit(not importlib.util.find_spec('rospy'))"]
     try:
-        subprocess.run([SYSTEM_PYTHON, "-sE", "-c", look], check=True, capture_output=True, timeout=READY_WITHIN)
+        subprocess.run(command, env=_without_python(), check=True, capture_output=True, timeout=READY_WITHIN)
     except (OSError, subprocess.SubprocessError):
         raise BadInputError(f"{SYSTEM_PYTHON} has no rospy; {CURE}") from None
 
 
 def _environment(uri: str) -> dict[str, str]:
-    """Return the environment of the node: none of this Python's settings, and only this machine may connect.
+    """Return the environment of the node, to which only this machine may connect.
 
     Whoever sets ROS_IP or ROS_HOSTNAME lets others in.
     """
-    environment = {key: value for key, value in os.environ.items() if key not in PYTHON_SETTINGS}
+    environment = _without_python()
     if not (environment.get("ROS_IP") or environment.get("ROS_HOSTNAME")):
         environment["ROS_IP"] = "127.0.0.1"
     return environment | {"ROS_MASTER_URI": uri}
+
+
+def _without_python() -> dict[str, str]:
+    """Return the environment without this Python's settings; of its module path the folders that have rospy remain."""
+    environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    folders = [*os.environ.get("PYTHONPATH", "").split(os.pathsep), NOETIC]
+    of_ros = [folder for folder in folders if folder and Path(folder, "rospy").is_dir()]
+    return environment | ({"PYTHONPATH": os.pathsep.join(of_ros)} if of_ros else {})
