@@ -69,7 +69,7 @@ class Turns(Hook):
     """
 
     def __init__(self, link: Link, *, heard_first: bool, listener: int, double: int) -> None:
-        self._listeners, self._heard_first, self._double = link.listeners, heard_first, double
+        self.listeners, self._heard_first, self._double = link.listeners, heard_first, double
         link.listeners = self._listening  # type: ignore[method-assign]
         self._listener = psutil.Process(listener)
         self._heard = False
@@ -112,7 +112,7 @@ class Turns(Hook):
         return float(wall), float(processor)
 
     def _listening(self, topic: str) -> int:
-        return self._listeners(topic) if self._heard else 0
+        return self.listeners(topic) if self._heard else 0
 
 
 def run(world: str, folder: Path, topics: list[str], share: float, *, heard_first: bool) -> Turns:
@@ -128,9 +128,35 @@ def run(world: str, folder: Path, topics: list[str], share: float, *, heard_firs
         turns = Turns(link, heard_first=heard_first, listener=hears.pid, double=busy.pid)
         pace = Pace(sleep=turns.sleep)
         run_world(world, RunOptions(video=False, workers=1), folder, [bridge, pace, turns], operator=bridge)
+        assert all(turns.listeners(topic) for topic in topics)
         hears.kill()
         busy.kill()
     return turns
+
+
+def rounds(options: argparse.Namespace) -> tuple[list[tuple[Turns, Turns]], float]:
+    """Return the two runs of each round, and the share of a core that the listener's double took."""
+    topics = ALWAYS + [camera_topic(camera.name, options.images) for camera in load_world(options.world).cameras]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with tempfile.TemporaryDirectory() as name:
+        os.environ |= {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_HOME": name}
+
+        def one(share: float, heard_first: bool) -> Turns:
+            return run(options.world, Path(name, "run"), topics, share, heard_first=heard_first)
+
+        with master(port):
+            first = one(0.01, True)
+            share = 0.0 if options.count_listener else statistics.mean(first.listened)
+            return [(one(share, True), one(share, False)) for _ in range(options.rounds)], share
+
+
+def row(one: Turns, other: Turns) -> tuple[float, ...]:
+    """Return a round's numbers: ticks alone and heard [ms], longer by, processor time by, listener [%]."""
+    longer = [100 * math.sqrt(a * b) - 100 for a, b in zip(one.longer, other.longer, strict=True)]
+    ticks = [1e3 * statistics.mean(one.work[heard] + other.work[heard]) for heard in (False, True)]
+    return (*ticks, *longer, 100 * statistics.mean(one.listened + other.listened))
 
 
 def main() -> None:
@@ -141,29 +167,12 @@ def main() -> None:
     parser.add_argument("--world", default="real2")
     parser.add_argument("--count-listener", action="store_true", help="have no double of the listener")
     options = parser.parse_args()
-    topics = ALWAYS + [camera_topic(camera.name, options.images) for camera in load_world(options.world).cameras]
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    rows = []
-    with tempfile.TemporaryDirectory() as name:
-        os.environ |= {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_HOME": name}
-        with master(port):
-            first = run(options.world, Path(name, "run"), topics, 0.01, heard_first=True)
-            share = 0.0 if options.count_listener else statistics.mean(first.listened)
-            for _ in range(options.rounds):
-                rows.append(
-                    [run(options.world, Path(name, "run"), topics, share, heard_first=h) for h in (True, False)]
-                )
-    table, longer = [], []
-    for one, other in rows:
-        both = [math.sqrt(a * b) - 1.0 for a, b in zip(one.longer, other.longer, strict=True)]
-        alone, heard = (1e3 * statistics.mean(one.work[kind] + other.work[kind]) for kind in (False, True))
-        listened = statistics.mean(one.listened + other.listened)
-        longer.append(both[0])
-        shares = (f"{100 * value:+.1f}" for value in both)
-        table.append((len(table) + 1, f"{alone:.2f}", f"{heard:.2f}", *shares, f"{100 * listened:.1f}"))
-    print(provenance(), "\n")
+    runs, share = rounds(options)
+    rows = [row(*both) for both in runs]
+    table = [
+        (f"{i + 1}", f"{alone:.2f}", f"{heard:.2f}", f"{longer:+.1f}", f"{processor:+.1f}", f"{listener:.1f}")
+        for i, (alone, heard, longer, processor, listener) in enumerate(rows)
+    ]
     headings = (
         "round",
         "tick alone [ms]",
@@ -172,11 +181,11 @@ def main() -> None:
         "processor time by [%]",
         "listener [% of a core]",
     )
-    print(markdown_table(headings, table))
     double = "counted" if options.count_listener else f"has a double that takes {100 * share:.1f} % of a core"
-    print(
-        f"\nmedian: {100 * statistics.median(longer):+.1f} %; {options.images}, {options.world}; the listener {double}"
-    )
+    print(provenance(), "\n")
+    print(markdown_table(headings, table))
+    median = statistics.median(longer for _, _, longer, _, _ in rows)
+    print(f"\nmedian: {median:+.1f} %; {options.images}, {options.world}; the listener {double}")
 
 
 if __name__ == "__main__":
