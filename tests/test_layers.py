@@ -324,6 +324,20 @@ def test_who_goes_the_robots_own_way_is_overtaken_and_not_met() -> None:
         assert bool(costmap.cost.any()) is meets, degrees
 
 
+@pytest.mark.parametrize("trembling", [(0.01, 0.0), (-0.01, 0.0), (0.0, 0.01), (0.0, -0.01)])
+def test_a_robot_at_its_goal_meets_nobody_wherever_its_place_trembles(trembling: tuple[float, float]) -> None:
+    robot = Pose2D(1.0 + trembling[0], 5.0 + trembling[1], 0.0)
+    scene = Scene(
+        0.0,
+        (person(WALKING, (4.0, 5.0), (0.5, 0.0)),),
+        task=GoTo(Pose2D(1.0, 5.0, 0.0)),
+        pose_robot_in_world=robot,
+    )
+    costmap = room()
+    OncomingLayer(robot_speed=1.0).apply(costmap, scene)
+    assert not costmap.cost.any()
+
+
 @pytest.mark.parametrize("posture", [STANDING, SEATED])
 def test_who_does_not_walk_has_no_way_before_them(posture: Posture) -> None:
     costmap = room()

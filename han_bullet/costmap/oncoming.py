@@ -14,6 +14,7 @@ from han_bullet.geometry import Array, wrap_angle
 from han_bullet.messages import Posture, Scene, TrackedPerson
 
 OWN_WAY = 0.25 * math.pi  # [rad] to either side of the direction to the goal
+AT_GOAL = 0.15  # [m]: nearer, the direction trembles as the robot's place does
 
 
 class OncomingLayer(Layer):
@@ -73,10 +74,12 @@ class OncomingLayer(Layer):
 
 
 def _goes_along(person: TrackedPerson, scene: Scene) -> bool:
-    """Tell whether a walker goes where the robot's task leads it."""
+    """Tell whether a walker goes where the robot's task leads it; at its goal it meets nobody any more."""
     if scene.task is None or scene.pose_robot_in_world is None:
         return False
     x, y = scene.task.goal_in_world - scene.pose_robot_in_world.position
+    if math.hypot(x, y) < AT_GOAL:
+        return True
     turned = wrap_angle(walking_direction(person) - math.atan2(y, x))
     return abs(turned) < OWN_WAY
 
