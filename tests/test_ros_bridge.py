@@ -37,7 +37,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureReque
     if missing := ros.missing():
         (pytest.fail if request.config.getoption("--forbid-skips") else pytest.skip)(missing)
     folder = tmp_path_factory.mktemp("robot")
-    with ros.running(tmp_path_factory.mktemp("ros")) as master, robot_on_ros(master, folder) as robot:
+    with ros.running(tmp_path_factory.mktemp("ros"), program=True) as master, robot_on_ros(master, folder) as robot:
         robot.client.subscribe("/rosout", "rosgraph_msgs/Log")
         yield robot
 
