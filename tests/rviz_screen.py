@@ -19,7 +19,7 @@ SIZE = "1300x900x24"
 LEAST = 300  # [px]: narrower ones show images
 DRAG = 60  # [px]: along it the goal looks
 RADIUS = 0.3  # [m] of the robot
-DARK = 120  # no other channel of the floor's colours is as low, in which the robot is grey
+DARK = 150  # in all channels: the robot is, the map and all that lies on it are not
 
 
 class Rviz:
@@ -59,7 +59,7 @@ class Rviz:
         return Image.open(path).convert("RGB").crop((left, top, left + width, top + height))
 
     def has_robot_at(self, x: float, y: float, floor: Image.Image) -> bool:
-        """Whether a place on the map [m] is as dark as the robot, in most of its size."""
+        """Whether a place on the map [m] is dark as the robot is, in a good part of its size."""
         column, row = self._pixel(x, y)
         half = round(RADIUS * self._scale)
         place = floor.crop((column - half, row - half, column + half, row + half))
