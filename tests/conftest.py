@@ -28,7 +28,11 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     """With `-m ros` and the like, leave out files that do not name the marker: to import them all takes a quarter of a
     minute."""
     marker = config.getoption("markexpr")
-    if collection_path.suffix == ".py" and marker.isidentifier() and f"mark.{marker}" not in collection_path.read_text():
+    if (
+        collection_path.suffix == ".py"
+        and marker.isidentifier()
+        and f"mark.{marker}" not in collection_path.read_text()
+    ):
         return True
     return None
 

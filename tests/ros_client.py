@@ -40,13 +40,6 @@ class Client:
         taken, self._collected[topic][:count] = self._collected[topic][:count], []
         return [as_dict(known(message, self._kinds[topic])) for message in taken]
 
-    def collect(self, topic: str, kind: str, seconds: float) -> list[Any]:
-        messages: list[Any] = []
-        subscriber = rospy.Subscriber(topic, class_of(kind), messages.append, buff_size=MOST)
-        time.sleep(seconds)
-        subscriber.unregister()
-        return [as_dict(known(message, kind)) for message in messages]
-
     def advertise(self, topic: str, kind: str) -> None:
         if topic not in self._publishers:
             self._publishers[topic] = rospy.Publisher(topic, class_of(kind), queue_size=100)

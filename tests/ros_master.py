@@ -137,10 +137,6 @@ class Client:
         """All that a subscribed topic has brought until now; taken from there."""
         return self._ask("collected", topic=topic)
 
-    def collect(self, topic: str, kind: str, seconds: float) -> list[dict[str, Any]]:
-        """What a topic brings in so many seconds [s] of the clock on the wall."""
-        return self._ask("collect", topic=topic, kind=kind, seconds=seconds)
-
     def advertise(self, topic: str, kind: str) -> None:
         """Announce a topic without sending anything yet."""
         self._ask("advertise", topic=topic, kind=kind)
