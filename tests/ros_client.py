@@ -5,24 +5,19 @@ Types that this machine's ROS does not have (people_msgs) are made from the defi
 
 from __future__ import annotations
 
-import base64
-import json
 import os
 import sys
 import time
 from typing import Any
 
+import genpy
+import genpy.dynamic
+import rosgraph
+import roslib.message
+import rospy
+from ros_json import read_json, write_json
+
 MOST = 100 * 1024 * 1024  # bytes of a message: so that a queue of one holds the newest
-
-
-def write_json(value: object) -> str:
-    """A line of JSON; bytes become {"base64": ...}."""
-    return json.dumps(value, default=lambda raw: {"base64": base64.b64encode(raw).decode()})
-
-
-def read_json(line: str) -> Any:
-    """The inverse of `write_json`."""
-    return json.loads(line, object_hook=lambda d: base64.b64decode(d["base64"]) if list(d) == ["base64"] else d)
 
 
 class Client:
@@ -44,13 +39,6 @@ class Client:
         count = len(self._collected[topic])
         taken, self._collected[topic][:count] = self._collected[topic][:count], []
         return [as_dict(known(message, self._kinds[topic])) for message in taken]
-
-    def collect(self, topic: str, kind: str, seconds: float) -> list[Any]:
-        messages: list[Any] = []
-        subscriber = rospy.Subscriber(topic, class_of(kind), messages.append, buff_size=MOST)
-        time.sleep(seconds)
-        subscriber.unregister()
-        return [as_dict(known(message, kind)) for message in messages]
 
     def advertise(self, topic: str, kind: str) -> None:
         if topic not in self._publishers:
@@ -127,11 +115,11 @@ def _field(kind: str, value: Any) -> Any:
     return filled(roslib.message.get_message_class(kind)(), value) if "/" in kind else value
 
 
-def main() -> None:
+def main(name: str) -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what rospy prints is no answer
     rospy.init_node(
-        sys.argv[1] or "client", anonymous=not sys.argv[1], disable_signals=True, disable_rosout=True,
+        name or "client", anonymous=not name, disable_signals=True, disable_rosout=True,
         disable_rostime=True,
     )  # fmt: skip
     client = Client()
@@ -145,13 +133,3 @@ def main() -> None:
         print(write_json(answer), file=answers, flush=True)
     rospy.core.add_shutdown_hook(lambda reason: os._exit(0))  # all is withdrawn; rospy would wait 0.6 s more
     rospy.signal_shutdown("the test is over")
-
-
-if __name__ == "__main__":
-    import genpy
-    import genpy.dynamic
-    import rosgraph
-    import roslib.message
-    import rospy
-
-    main()

@@ -17,22 +17,20 @@ import contextlib
 import functools
 import os
 import shutil
-import signal
 import socket
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import psutil
 from mosquitto import until
-from ros_client import read_json, write_json
+from ros_json import read_json, write_json
+from ros_process import DIES_WITH_US, PYTHON, forked, has_ended, kill
 
 from han_bullet.ros.master import is_there
 
-PYTHON = "/usr/bin/python3"
 PROGRAMS = ("rosmaster", "roslaunch", "rosrun")
-CLIENT = Path(__file__).with_name("ros_client.py")
-DIES_WITH_US = ("setpriv", "--pdeathsig", "KILL")  # also where the tests are killed
 PATIENCE = 30.0  # [s]
 
 
@@ -50,11 +48,12 @@ class Master:
 
     Args:
         folder: For what ROS writes.
+        program: Whether it is ROS's own command, not a fork that does the same.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._process: subprocess.Popen[bytes] | None = None
+    def __init__(self, folder: Path, *, program: bool = False) -> None:
+        self._folder, self._program = folder, program
+        self._process: psutil.Process | None = None
         self.port = free_port()
 
     @property
@@ -74,42 +73,41 @@ class Master:
 
     def start(self) -> None:
         assert self._process is None
+        arguments, environment = ["--core", "-p", str(self.port)], self.environment()
         with (self._folder / "rosmaster.txt").open("ab") as log:
-            self._process = subprocess.Popen(
-                [*DIES_WITH_US, "/usr/bin/rosmaster", "--core", "-p", str(self.port)],
-                stdout=log,
-                stderr=log,
-                env=self.environment(),
-                start_new_session=True,
-            )
+            if self._program:
+                command = [*DIES_WITH_US, "/usr/bin/rosmaster", *arguments]
+                self._process = psutil.Popen(command, stdout=log, stderr=log, env=environment, start_new_session=True)
+            else:
+                file = log.fileno()
+                self._process = forked("master", *arguments, environment=environment, file=file, errors=file)
         until(self._answers, PATIENCE)
 
     def stop(self) -> None:
         """Let it die at once; its clients are not told."""
         if self._process is not None:
-            self._process.kill()
-            self._process.wait()
+            kill(self._process)
             self._process = None
 
     def freeze(self) -> None:
         """Make it mute: it takes connections and answers nothing."""
         assert self._process is not None
-        self._process.send_signal(signal.SIGSTOP)
+        self._process.suspend()
 
     def thaw(self) -> None:
         assert self._process is not None
-        self._process.send_signal(signal.SIGCONT)
+        self._process.resume()
 
     def _answers(self) -> bool:
         assert self._process is not None
-        assert self._process.poll() is None, (self._folder / "rosmaster.txt").read_text()
+        assert not has_ended(self._process), (self._folder / "rosmaster.txt").read_text()
         return is_there(self.uri)
 
 
 @contextlib.contextmanager
-def running(folder: Path) -> Iterator[Master]:
-    """A master that answers."""
-    master = Master(folder)
+def running(folder: Path, *, program: bool = False) -> Iterator[Master]:
+    """A master that answers; see `Master`."""
+    master = Master(folder, program=program)
     try:
         master.start()
         yield master
@@ -121,13 +119,10 @@ class Client:
     """A rospy node in a process of its own; methods raise RuntimeError with what rospy said."""
 
     def __init__(self, master: Master, name: str) -> None:
-        self.process = subprocess.Popen(
-            [*DIES_WITH_US, PYTHON, "-sE", str(CLIENT), name],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=master.environment(),
-            text=True,
-        )
+        self._socket, theirs = socket.socketpair()
+        self._lines = self._socket.makefile("rw")
+        with theirs:
+            self._process = forked("client", name, environment=master.environment(), file=theirs.fileno())
         self._answer()
 
     def wait_for_message(self, topic: str, kind: str, timeout: float = PATIENCE) -> dict[str, Any]:
@@ -141,10 +136,6 @@ class Client:
     def collected(self, topic: str) -> list[dict[str, Any]]:
         """All that a subscribed topic has brought until now; taken from there."""
         return self._ask("collected", topic=topic)
-
-    def collect(self, topic: str, kind: str, seconds: float) -> list[dict[str, Any]]:
-        """What a topic brings in so many seconds [s] of the clock on the wall."""
-        return self._ask("collect", topic=topic, kind=kind, seconds=seconds)
 
     def advertise(self, topic: str, kind: str) -> None:
         """Announce a topic without sending anything yet."""
@@ -176,35 +167,33 @@ class Client:
 
     def freeze(self) -> None:
         """Stop this client as a debugger would: its connections stay and nobody reads them."""
-        self.process.send_signal(signal.SIGSTOP)
+        self._process.suspend()
 
     def thaw(self) -> None:
-        self.process.send_signal(signal.SIGCONT)
+        with contextlib.suppress(psutil.NoSuchProcess):
+            self._process.resume()
 
     def kill(self) -> None:
-        self.process.kill()
-        self.process.wait()
+        kill(self._process)
 
     def close(self) -> None:
         """End the node as it would itself: the master is told."""
-        assert self.process.stdin and self.process.stdout
         with contextlib.suppress(OSError):
-            self.process.stdin.close()
+            self._socket.shutdown(socket.SHUT_WR)
         try:
-            self.process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
+            self._process.wait(PATIENCE)
+        except psutil.TimeoutExpired:
             self.kill()
-        self.process.stdout.close()
+        self._lines.close()
+        self._socket.close()
 
     def _ask(self, what: str, **arguments: object) -> Any:
-        assert self.process.stdin
-        self.process.stdin.write(write_json({"do": what, **arguments}) + "\n")
-        self.process.stdin.flush()
+        self._lines.write(write_json({"do": what, **arguments}) + "\n")
+        self._lines.flush()
         return self._answer()
 
     def _answer(self) -> Any:
-        assert self.process.stdout
-        line = self.process.stdout.readline()
+        line = self._lines.readline()
         if not line:
             raise RuntimeError("the client's process has ended")
         answer = read_json(line)

@@ -11,12 +11,15 @@ from pathlib import Path
 
 import yaml
 from mosquitto import until
+from PIL import Image
 from ros_master import DIES_WITH_US, PATIENCE, Master
 
 CONFIG = Path(__file__).parent.parent / "ros1_bridge/rviz/han_bullet.rviz"
 SIZE = "1300x900x24"
 LEAST = 300  # [px]: narrower ones show images
 DRAG = 60  # [px]: along it the goal looks
+RADIUS = 0.3  # [m] of the robot
+DARK = 150  # in all channels: the robot is, the map and all that lies on it are not
 
 
 class Rviz:
@@ -42,16 +45,32 @@ class Rviz:
     def click_goal(self, x: float, y: float) -> None:
         """Press "2D Nav Goal" and draw an arrow from a place on the map [m] along its x axis."""
         assert self.view is not None
-        left, top, width, height = self.view
-        column = round(left + width / 2 + (x - self._centre[0]) * self._scale)
-        row = round(top + height / 2 - (y - self._centre[1]) * self._scale)
+        left, top, _, _ = self.view
+        column, row = self._pixel(x, y)
+        column, row = left + column, top + row
         self._run("xdotool", "mousemove", str(column), str(row), "key", "g", "sleep", "0.3")
         along = ["mousemove", str(column + DRAG), str(row)]
         self._run("xdotool", "mousedown", "1", "sleep", "0.2", *along, "sleep", "0.2", "mouseup", "1")
 
-    def screenshot(self, path: Path) -> None:
-        """Write what is on the screen."""
+    def floor(self, path: Path) -> Image.Image:
+        """The picture of the floor; the whole screen goes to a file, for whoever looks why a test fails."""
         self._run("import", "-window", "root", str(path))
+        left, top, width, height = self.view or (0, 0, 0, 0)
+        return Image.open(path).convert("RGB").crop((left, top, left + width, top + height))
+
+    def has_robot_at(self, x: float, y: float, floor: Image.Image) -> bool:
+        """Whether a place on the map [m] is dark as the robot is, in a good part of its size."""
+        column, row = self._pixel(x, y)
+        half = round(RADIUS * self._scale)
+        place = floor.crop((column - half, row - half, column + half, row + half))
+        dark = sum(count for count, colour in place.getcolors(place.width * place.height) if max(colour) < DARK)
+        return dark > half**2
+
+    def _pixel(self, x: float, y: float) -> tuple[int, int]:
+        """Column and row in the picture of the floor that show a place on the map [m]."""
+        _, _, width, height = self.view or (0, 0, 0, 0)
+        column = round(width / 2 + (x - self._centre[0]) * self._scale)
+        return column, round(height / 2 - (y - self._centre[1]) * self._scale)
 
     def _run(self, *command: str) -> str:
         done = subprocess.run(command, env=self._environment, check=True, capture_output=True, text=True)

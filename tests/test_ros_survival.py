@@ -274,7 +274,8 @@ def test_both_ways_are_full_and_flow_again(ros_master: Master, link: Link) -> No
     assert link.restarts == 0
 
 
-def test_a_node_that_reads_nothing_is_ended_with_the_link(ros_master: Master) -> None:
+def test_a_node_that_reads_nothing_is_ended_with_the_link(ros_master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_module, "ENDS_WITHIN", 0.3)
     with Link() as link:
         link.advertise("/image", "sensor_msgs/Image")
         psutil.Process(link.process_id).suspend()
