@@ -51,6 +51,11 @@ class Readings:
     valid: NDArray[np.bool_]
     per_height: Array
 
+    @classmethod
+    def none(cls) -> Readings:
+        """Return the places of nobody."""
+        return cls(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0, bool), np.zeros((0, 2)))
+
     def or_else(self, other: Readings) -> Readings:
         """Return these, and the others' where these are not valid."""
         return Readings(

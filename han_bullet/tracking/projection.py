@@ -108,24 +108,30 @@ class GroundProjection:
 
     def project(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Scan:
         """Return the people of one frame on the floor."""
-        boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
-        human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
-        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
-        places.valid[self.is_robot(places.positions, pose_robot_in_world)] = False
-        kept = np.flatnonzero(places.valid)
-        kept = kept[self._is_in_building(frame, places.positions[kept])]
+        # Most frames show nobody.
+        people = self._people(frame, detections, pose_robot_in_world) if len(detections.boxes) else Readings.none()
+        kept = np.flatnonzero(people.valid)
         return Scan(
             frame.camera,
             frame.time,
-            places.positions[kept],
-            places.covariances[kept],
+            people.positions[kept],
+            people.covariances[kept],
             kept.astype(np.int64),
             frame,
             pose_robot_in_world,
             detections.empty_seats,
-            places.per_height[kept],
+            people.per_height[kept],
         )
+
+    def _people(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Readings:
+        """Return where the people of all boxes stand, valid where they are measurements."""
+        boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
+        feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
+        human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
+        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
+        valid = places.valid & ~self.is_robot(places.positions, pose_robot_in_world)
+        valid[valid] = self._is_in_building(frame, places.positions[valid])
+        return replace(places, valid=valid)
 
     def places(
         self,
