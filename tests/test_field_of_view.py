@@ -120,7 +120,7 @@ def test_no_places_give_no_answers() -> None:
 
 @settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1))
-def test_what_boxes_hide_is_what_each_box_blocks(seed: int) -> None:
+def test_furniture_hides_whom_each_box_blocks(seed: int) -> None:
     rng = np.random.default_rng(seed)
     boxes = [
         SolidBox("box", "object", rng.uniform((0, -3, 0), (10, 3, 2)), rng.uniform(0.05, 2.0, 3), rng.uniform(-4, 4))

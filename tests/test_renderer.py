@@ -246,6 +246,7 @@ def test_noise_has_the_stated_deviation_and_is_fresh_in_every_frame() -> None:
         assert abs(np.corrcoef(frames[one].ravel(), frames[other].ravel())[0, 1]) < 0.01
     assert np.array_equal(noise.add(grey, 0, 2), ImageNoise(4.0, 1, 640 * 480 * 3).add(grey, 0, 2))
     assert noise.add(np.full_like(grey, 254), 0, 0).min() > 200  # saturates, never wraps
+    assert noise.add(np.full_like(grey, 1), 0, 0).max() < 55
 
 
 def test_noise_of_zero_changes_nothing() -> None:

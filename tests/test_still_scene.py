@@ -1,5 +1,6 @@
 """The mask of a fixed camera: what the empty scene gives too is no person."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -42,6 +43,19 @@ def test_box_on_an_unchanged_scene_is_dropped_under_noise_of_6_grey_levels_in_bo
         changes = scene.changes(noisy(room(), 6.0, seed))
         assert changed_part(changes, BOX)[0] < 0.01
         assert not scene.keep(changes, BOX)[0]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 7), st.integers(0, 7))
+def test_cells_are_compared_by_the_area_means_that_opencv_gives(seed: int, more_rows: int, more_columns: int):
+    generator = np.random.default_rng(seed)
+    empty = generator.integers(0, 200, (40 + more_rows, 60 + more_columns, 3), np.uint8)
+    image = empty + generator.integers(9, 15, empty.shape, np.uint8)
+    shape = image.shape[1] // 4, image.shape[0] // 4
+    whole = slice(0, 4 * shape[1]), slice(0, 4 * shape[0])
+    before, after = (cv2.resize(one[whole], shape, interpolation=cv2.INTER_AREA) for one in (empty, image))
+    expected = cv2.absdiff(before, after).max(axis=2) > CHANGED_LEVEL
+    assert 0 < np.count_nonzero(expected) < expected.size
+    assert np.array_equal(StillScene(empty, np.zeros((0, 4))).changes(image), expected)
 
 
 def test_person_is_kept_where_nothing_was_and_where_the_empty_scene_has_a_mistake():

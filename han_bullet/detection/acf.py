@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from han_bullet.detection.acf_model import AcfModel
-from han_bullet.detection.cascade import feature_offsets, feature_rows, scan
+from han_bullet.detection.cascade import Offsets, feature_offsets, feature_rows, scan
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.filters import filter_channels, halved
 from han_bullet.detection.model_files import DEFAULT, proposer_file
@@ -78,6 +78,7 @@ class AcfDetector(Detector):
         self._window_rows = model.window_height // model.window_cell
         self._window_columns = model.window_width // model.window_cell
         self._edges = functools.lru_cache(maxsize=256)(self._find_edges)  # a camera's images all have one size
+        self._offsets = functools.lru_cache(maxsize=256)(self._find_offsets)
         self._feature_rows = feature_rows(model.features, self._window_columns, model.window_channels)
 
     def detect(self, image: Image, area: SearchArea | None = None) -> Detections:
@@ -117,11 +118,11 @@ class AcfDetector(Detector):
         """Return what is found in some windows of a level."""
         model, size = self.model, level.size
         channels = level.channels if model.filters is None else filter_channels(level.channels, model.filters)
-        offsets = feature_offsets(model.features, self._feature_rows, self._window_columns, *channels.shape[1:])
         part = windows[
             level.first_row : level.first_row + max(channels.shape[0] - self._window_rows + 1, 0),
             level.first_column : level.first_column + max(channels.shape[1] - self._window_columns + 1, 0),
         ]
+        offsets = self._offsets(*channels.shape[1:])
         rows, columns, scores, trees = scan(
             channels, part, offsets, model.thresholds, model.leaves, model.cascade_threshold
         )
@@ -149,6 +150,9 @@ class AcfDetector(Detector):
         return Region(
             range(rows.start, rows.stop + below), range(columns.start, columns.stop + beside), self._padded(size)
         )
+
+    def _find_offsets(self, level_columns: int, channels: int) -> Offsets:
+        return feature_offsets(self.model.features, self._feature_rows, self._window_columns, level_columns, channels)
 
     def _padded(self, size: LevelSize) -> tuple[int, int]:
         """Return rows and columns of a level with its padding [cells]."""

@@ -233,13 +233,15 @@ def _sum_into_cells(cells: Floats, colours: Floats, weight: Floats, orientation:
     per_cell = np.float32(1.0 / (side * side))
     for column in range(cells.shape[0]):
         cell = cells[column]
+        light, u, v, magnitude = cell[0], cell[1], cell[2], cell[3]  # in registers
         for x in range(column * side, (column + 1) * side):
-            cell[0] += colours[0, x] * per_cell
-            cell[1] += colours[1, x] * per_cell
-            cell[2] += colours[2, x] * per_cell
-            cell[3] += weight[x]
+            light += colours[0, x] * per_cell
+            u += colours[1, x] * per_cell
+            v += colours[2, x] * per_cell
+            magnitude += weight[x]
             first = np.int32(orientation[x])
             second = first + 1 if first + 1 < ORIENTATIONS else 0
             beyond = weight[x] * (orientation[x] - np.float32(first))
             cell[4 + first] += weight[x] - beyond
             cell[4 + second] += beyond
+        cell[0], cell[1], cell[2], cell[3] = light, u, v, magnitude

@@ -56,15 +56,20 @@ def _luv(image: NDArray[np.uint8], lightness: Floats, rough: bool, reciprocals: 
     luminance = np.empty(width, np.int32)
     shares = np.empty(width, np.float32)
     for row in range(height):
+        pixels = image[row].reshape(-1)
+        red, green, blue = rgb[0], rgb[1], rgb[2]
         for column in range(width):
-            for colour in range(3):
-                rgb[colour, column] = np.float32(image[row, column, colour])
+            red[column], green[column], blue[column] = (
+                pixels[3 * column],
+                pixels[3 * column + 1],
+                pixels[3 * column + 2],
+            )
         light, u, v = planes[0, row], planes[1, row], planes[2, row]
         if rough:
             _rough_chromaticities(rgb, luminance, u, v, shares, reciprocals)
         else:
             for column in range(width):
-                luminance[column], u[column], v[column] = _chromaticity(rgb[0, column], rgb[1, column], rgb[2, column])
+                luminance[column], u[column], v[column] = _chromaticity(red[column], green[column], blue[column])
         for column in range(width):
             light[column] = lightness[luminance[column]]
         for column in range(width):

@@ -6,6 +6,7 @@ kind of channel.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -95,8 +96,9 @@ def build_pyramid(
     return levels
 
 
+@functools.lru_cache(maxsize=256)  # a camera's images all have one size
 def _gains(relative: float, settings: PyramidSettings) -> Floats:
-    """Return by what channels at a scale relative to the real one differ from it."""
+    """Return by what channels at a scale relative to the real one differ from it; nobody may write to it."""
     exponents = np.asarray(settings.lambdas)[KIND_OF_CHANNEL]
     gains: Floats = (relative**-exponents).astype(np.float32)
     return gains

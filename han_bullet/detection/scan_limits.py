@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from han_bullet.detection.search_area import SearchArea, Windows
 from han_bullet.errors import BadInputError
@@ -43,21 +43,20 @@ class ScanLimits(SearchArea):
         if np.isnan(self.least).any() or np.isnan(self.greatest).any():
             raise BadInputError("scan limits hold values that are no numbers; heights [px] would be right")
 
-    def allow(self, feet: Array, heights: Array | float) -> NDArray[np.bool_]:
-        """Tell which boxes may hold a person.
-
-        Args:
-            feet: Lower edges, y + height, shape (n,) [px].
-            heights: Shape (n,), or one for all [px].
-        """
-        rows = np.minimum(np.maximum(feet, 0.0), self.least.size - 1).astype(np.int64)
-        allowed: NDArray[np.bool_] = (self.least[rows] <= heights) & (heights <= self.greatest[rows])
-        return allowed
-
     def windows(self, x: Array, y: Array, width: float, height: float) -> Windows:
         """Tell which boxes of one size may hold a person; see `SearchArea`."""
-        rows = self.allow(y + height, height)
-        return np.repeat(rows[:, np.newaxis], x.size, axis=1)
+        allowed: Windows = _allowed_windows(self.least, self.greatest, x.size, y, height)
+        return allowed
+
+
+@numba.njit(cache=True)
+def _allowed_windows(least: Array, greatest: Array, columns: int, y: Array, height: float) -> Windows:
+    """Do for a grid of boxes, by their upper edges and one height [px], what `ScanLimits` says."""
+    allowed = np.empty((y.size, columns), np.bool_)
+    for row in range(y.size):
+        feet = int(min(max(y[row] + height, 0.0), least.size - 1))
+        allowed[row] = least[feet] <= height <= greatest[feet]
+    return allowed
 
 
 def limits_on_floor(

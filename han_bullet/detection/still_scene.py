@@ -141,8 +141,29 @@ def _nearest(places: Array, size: int) -> NDArray[np.int64]:
 
 
 def _cell_means(image: Image) -> Image:
-    rows, columns = image.shape[0] // CELL, image.shape[1] // CELL
-    means: Image = cv2.resize(  # type: ignore[assignment]
-        image[: rows * CELL, : columns * CELL], (columns, rows), interpolation=cv2.INTER_AREA
-    )
+    means: Image = _means_of_lines(np.ascontiguousarray(image).reshape(len(image), -1))
+    return means
+
+
+@numba.njit(cache=True)
+def _means_of_lines(lines: Image) -> Image:
+    """Return the means, shape (height // CELL, width // CELL, 3), of an image, shape (height, 3 * width).
+
+    They are rounded, halves to even, as OpenCV's are, which take six times as long.
+    """
+    rows, columns = lines.shape[0] // CELL, lines.shape[1] // (3 * CELL)
+    means = np.empty((rows, columns, 3), np.uint8)
+    sums = np.empty(lines.shape[1], np.uint16)
+    for row in range(rows):
+        sums[:] = 0
+        for line in lines[row * CELL : (row + 1) * CELL]:
+            for place in range(sums.size):
+                sums[place] += line[place]
+        for column in range(columns):
+            for colour in range(3):
+                total = 0
+                for pixel in range(column * CELL, (column + 1) * CELL):
+                    total += sums[3 * pixel + colour]
+                mean, rest = divmod(total, CELL**2)
+                means[row, column, colour] = mean + (2 * rest + mean % 2 > CELL**2)
     return means

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Collection, Sequence
 
 import pybullet
@@ -47,6 +48,9 @@ class DrawnScene:
             self._people = [self._load_person(person.build, person.outfit) for person in world.people]
             self._robot = RobotModel(self._client, world.robot.urdf, world.robot.start_pose_in_world, fixed=True)
             self._robot_body = JointedBody(self._client, self._robot.body)
+            # Cameras take the same moment one after the other.
+            self._posed_people = functools.lru_cache(maxsize=1)(self._pose_people)
+            self._posed_robot = functools.lru_cache(maxsize=1)(self._pose_robot)
         except BaseException:
             self.close()
             raise
@@ -56,20 +60,26 @@ class DrawnScene:
         fleeting = [mesh for name, meshes in self._fleeting.items() if name not in taken_away for mesh in meshes]
         return [*self._room, *fleeting, *(self._screens[device, on] for device, on in devices_on)]
 
-    def people(self, body_poses: Sequence[BodyPose]) -> list[Meshes]:
-        """Pose the people and return each one's body, in the order of the world."""
-        for (avatar, _), body_pose in zip(self._people, body_poses, strict=True):
-            avatar.place(body_pose)
-        return [body.meshes_in_world() for _, body in self._people]
+    def people(self, body_poses: tuple[BodyPose, ...]) -> tuple[Meshes, ...]:
+        """Return the body of each person in a pose, in the order of the world."""
+        return self._posed_people(body_poses)
 
     def robot(self, posture: RobotPosture) -> Meshes:
-        """Pose the robot and return its body."""
-        self._robot.place(posture)
-        return self._robot_body.meshes_in_world()
+        """Return the body of the robot in a posture."""
+        return self._posed_robot(posture)
 
     def close(self) -> None:
         """Close the client; nothing can be drawn after that."""
         pybullet.disconnect(physicsClientId=self._client)
+
+    def _pose_people(self, body_poses: tuple[BodyPose, ...]) -> tuple[Meshes, ...]:
+        for (avatar, _), body_pose in zip(self._people, body_poses, strict=True):
+            avatar.place(body_pose)
+        return tuple(body.meshes_in_world() for _, body in self._people)
+
+    def _pose_robot(self, posture: RobotPosture) -> Meshes:
+        self._robot.place(posture)
+        return self._robot_body.meshes_in_world()
 
     def _load_room(self) -> tuple[list[Mesh], dict[str, Meshes]]:
         """Return what stays, and by name the furniture that does not."""

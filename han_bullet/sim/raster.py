@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,8 +52,16 @@ class Raster:
 
     def fill_empty(self, colour: tuple[int, int, int]) -> None:
         """Paint all pixels in which nothing was drawn."""
-        self.colour[~self.drawn] = colour
+        _fill_empty(self.colour, self.inverse_depth, colour)
 
     def copy(self) -> Raster:
         """Return a raster with arrays of its own."""
         return Raster(self.colour.copy(), self.inverse_depth.copy())
+
+
+@numba.njit(cache=True)
+def _fill_empty(colour: Image, inverse_depth: NDArray[np.float32], filling: tuple[int, int, int]) -> None:
+    for row in range(colour.shape[0]):
+        for column in range(colour.shape[1]):
+            if not inverse_depth[row, column] > 0.0:
+                colour[row, column, 0], colour[row, column, 1], colour[row, column, 2] = filling

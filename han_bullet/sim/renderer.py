@@ -88,7 +88,9 @@ class Renderer:
         """Close the scene; no more pictures can be taken."""
         self._scene.close()
 
-    def _draw(self, camera_name: str, state: SceneState, turned: float = 0.0) -> tuple[Raster, View, list[Meshes]]:
+    def _draw(
+        self, camera_name: str, state: SceneState, turned: float = 0.0
+    ) -> tuple[Raster, View, tuple[Meshes, ...]]:
         """Return the picture without noise, where it was taken from, and the people in it."""
         camera = self._world.camera(camera_name)
         people = self._scene.people(state.people)

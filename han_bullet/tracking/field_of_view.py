@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox, project
 from han_bullet.messages import Frame
+from han_bullet.tracking.solids import Solids
 
 # Of the person whose sight is asked for [m].
 BODY_HEIGHT = 1.75
@@ -48,9 +47,7 @@ class FieldOfView:
         if not robot_radius > 0.0:
             raise BadInputError(f"field of view robot_radius is {robot_radius!r} m; a positive length would be right")
         self.obstacles = tuple(obstacles)
-        self._centres = np.array([box.centre_in_world for box in obstacles]).reshape(-1, 3)
-        self._halves = 0.5 * np.array([box.size for box in obstacles]).reshape(-1, 3)
-        self._yaws = np.array([box.yaw for box in obstacles], float)
+        self._solids = Solids(obstacles)
         self.robot_radius = robot_radius
 
     def sees(self, frame: Frame, positions: Array, *, robot: Pose2D | None = None) -> NDArray[np.bool_]:
@@ -68,8 +65,7 @@ class FieldOfView:
             return visible
         if frame.fixed and robot is not None:
             visible &= ~hidden_by_cylinder(frame, positions, robot.position, self.robot_radius, ROBOT_HEIGHT)
-        eye, middles = frame.camera_in_world[:3, 3], _at_height(positions, BODY_MIDDLE)
-        hidden = _hidden_by_boxes(self._centres, self._halves, self._yaws, np.ascontiguousarray(eye), middles)
+        hidden = self._solids.hide(frame.camera_in_world[:3, 3], _at_height(positions, BODY_MIDDLE))
         return np.asarray(visible & ~hidden)
 
     def hidden_by_people(self, frame: Frame, positions: Array, people: Array) -> NDArray[np.bool_]:
@@ -124,36 +120,3 @@ def hidden_by_cylinder(
 def _at_height(positions: Array, height: float) -> Array:
     """Return points (n, 3) [m] above floor points (n, 2)."""
     return np.column_stack([positions, np.full(len(positions), height)])
-
-
-@numba.njit(cache=True)
-def _hidden_by_boxes(centres: Array, halves: Array, yaws: Array, eye: Array, targets: Array) -> NDArray[np.bool_]:
-    """Tell which straight lines from the eye, (3,), to targets, (n, 3) [m], pass through a box: `SolidBox.blocks`.
-
-    A box whose footprint holds the eye hides nothing: the camera is let into it, or hangs above.
-
-    Args:
-        centres: Of the boxes, shape (k, 3) [m].
-        halves: Of their sizes, shape (k, 3) [m].
-        yaws: Shape (k,) [rad].
-        eye: The camera.
-        targets: What it looks at.
-    """
-    hidden = np.zeros(len(targets), np.bool_)
-    start, along = np.empty(3), np.empty(3)
-    for k in range(len(centres)):
-        c, s = math.cos(yaws[k]), math.sin(yaws[k])
-        x, y = eye[0] - centres[k, 0], eye[1] - centres[k, 1]
-        start[0], start[1], start[2] = x * c + y * s, y * c - x * s, eye[2] - centres[k, 2]
-        if abs(start[0]) <= halves[k, 0] and abs(start[1]) <= halves[k, 1]:
-            continue
-        for i in range(len(targets)):
-            x, y = targets[i, 0] - eye[0], targets[i, 1] - eye[1]
-            along[0], along[1], along[2] = x * c + y * s, y * c - x * s, targets[i, 2] - eye[2]
-            enter, leave = -math.inf, math.inf
-            for axis in range(3):
-                step = along[axis] if abs(along[axis]) >= 1e-12 else 1e-12
-                first, second = (-halves[k, axis] - start[axis]) / step, (halves[k, axis] - start[axis]) / step
-                enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
-            hidden[i] |= enter < leave and leave > 0.0 and enter < 1.0
-    return hidden

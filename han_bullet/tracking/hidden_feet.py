@@ -6,17 +6,17 @@ person, by a metre and more. The upper edge is the head all the same.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.geometry import Array, SolidBox
+from han_bullet.geometry import Array
 from han_bullet.messages import Frame, Seat
 from han_bullet.tracking.field_of_view import BODY_HEIGHT
 from han_bullet.tracking.kalman import HEIGHT_DEVIATION
 from han_bullet.tracking.seats import in_sitting_area
+from han_bullet.tracking.solids import Solids
 
 # Standing, of a whole person [m]: of 1055 boxes of whole people in real2 and sim2 none was below 1.61; of 25 below 1.6
 # every one had lost its feet.
@@ -51,6 +51,11 @@ class Readings:
     valid: NDArray[np.bool_]
     per_height: Array
 
+    @classmethod
+    def none(cls) -> Readings:
+        """Return the places of nobody."""
+        return cls(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0, bool), np.zeros((0, 2)))
+
     def or_else(self, other: Readings) -> Readings:
         """Return these, and the others' where these are not valid."""
         return Readings(
@@ -62,7 +67,7 @@ class Readings:
 
 
 def feet_hidden(
-    frame: Frame, boxes: Array, heads: Readings, obstacles: Sequence[SolidBox], known_feet: Array | None = None
+    frame: Frame, boxes: Array, heads: Readings, furniture: Solids, known_feet: Array | None = None
 ) -> NDArray[np.bool_]:
     """Tell of which people furniture of the map hides the feet.
 
@@ -75,26 +80,20 @@ def feet_hidden(
         frame: The camera.
         boxes: Shape (n, 4): x, y, width, height [px].
         heads: The people's places by their heads.
-        obstacles: Walls and furniture.
+        furniture: What may hide feet.
         known_feet: Lowest pixels (column, row) of the people, shape (n, 2) [px], NaN where nobody knows; None: nowhere.
     """
-    hidden = np.zeros(len(boxes), bool)
-    furniture = [box for box in obstacles if box.kind == "object" and not box.contains(frame.camera_in_world[:2, 3])]
-    if not furniture or not len(boxes):
-        return hidden
     ends = np.full((len(boxes), 2), np.nan) if known_feet is None else known_feet
     known = np.isfinite(ends[:, 1])
     eye = frame.camera_in_world[:3, 3]
     feet = np.column_stack([heads.positions, np.zeros(len(boxes))])
-    for box in furniture:
-        hidden |= ~known & heads.valid & box.blocks(eye, feet)
+    hidden = ~known & heads.valid & furniture.hide(eye, feet)
     rows = np.where(known, ends[:, 1] + BELOW_KNOWN, boxes[:, 1] + (1.0 + BELOW) * boxes[:, 3])
     for share in (0.5 - STRIDE, 0.5, 0.5 + STRIDE):
         rays = _rays(frame, np.where(known, ends[:, 0], boxes[:, 0] + share * boxes[:, 2]), rows)
         falling = rays[:, 2] < 0.0
         to_floor = np.where(falling, -eye[2] / np.where(falling, rays[:, 2], -1.0), 0.0)
-        for box in furniture:
-            hidden |= falling & box.blocks(eye, eye + to_floor[:, None] * rays)
+        hidden |= falling & furniture.hide(eye, eye + to_floor[:, None] * rays)
     return hidden
 
 

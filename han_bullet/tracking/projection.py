@@ -15,6 +15,7 @@ from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
 from han_bullet.tracking.hidden_feet import SEATED_HEIGHTS, SHORTEST_WHOLE, Readings, by_head, by_seat, feet_hidden
 from han_bullet.tracking.own_image import robot_body, rows_not_of_robot
 from han_bullet.tracking.seats import in_sitting_area
+from han_bullet.tracking.solids import Solids
 from han_bullet.world_schema import FloorArea
 
 # Deviation of the foot point in the image, upwards, per box height: 0.1 m on the floor at 2.5 m, 0.3 m at 7.5 m.
@@ -103,29 +104,38 @@ class GroundProjection:
             raise BadInputError(f"robot_radius is {robot_radius} m; a positive length would be right")
         self.robot_radius = robot_radius
         self.floor = tuple(floor)
-        self.obstacles = tuple(obstacles)
         self.seats = tuple(seats)
+        self._furniture = [box for box in obstacles if box.kind == "object"]
+        self._walls = Solids([box for box in obstacles if box.kind == "wall"])
+        # The foot points of those on a couch lie in it.
+        self._nobody_in = Solids([box for box in obstacles if not self._is_seat(box)])
 
     def project(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Scan:
         """Return the people of one frame on the floor."""
-        boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
-        feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
-        human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
-        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
-        places.valid[self.is_robot(places.positions, pose_robot_in_world)] = False
-        kept = np.flatnonzero(places.valid)
-        kept = kept[self._is_in_building(frame, places.positions[kept])]
+        # Most frames show nobody.
+        people = self._people(frame, detections, pose_robot_in_world) if len(detections.boxes) else Readings.none()
+        kept = np.flatnonzero(people.valid)
         return Scan(
             frame.camera,
             frame.time,
-            places.positions[kept],
-            places.covariances[kept],
+            people.positions[kept],
+            people.covariances[kept],
             kept.astype(np.int64),
             frame,
             pose_robot_in_world,
             detections.empty_seats,
-            places.per_height[kept],
+            people.per_height[kept],
         )
+
+    def _people(self, frame: Frame, detections: Detections, pose_robot_in_world: Pose2D) -> Readings:
+        """Return where the people of all boxes stand, valid where they are measurements."""
+        boxes = np.asarray(detections.boxes, float).reshape(-1, 4)
+        feet = self.foot_points(frame, boxes, self.known_rows(frame, boxes, detections.feet, pose_robot_in_world))
+        human = feet.measurable & ~self.is_robot(feet.positions, pose_robot_in_world) & self.has_human_height(feet)
+        places = self.places(frame, boxes, feet, human, pose_robot_in_world)
+        valid = places.valid & ~self.is_robot(places.positions, pose_robot_in_world)
+        valid[valid] = self._is_in_building(frame, places.positions[valid])
+        return replace(places, valid=valid)
 
     def places(
         self,
@@ -137,10 +147,10 @@ class GroundProjection:
     ) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        before = self.obstacles
+        before = self._furniture
         if frame.fixed and pose_robot_in_world is not None:
-            before = (*before, robot_body(pose_robot_in_world, self.robot_radius))
-        hidden = feet_hidden(frame, boxes, heads, before, feet.known)
+            before = [*before, robot_body(pose_robot_in_world, self.robot_radius)]
+        hidden = feet_hidden(frame, boxes, heads, Solids(before), feet.known)
         human = human & ~(hidden & self._holds_legs_alone(feet))
         lost = human & (hidden | self._is_short(feet))
         places = Readings(feet.positions, feet.covariances, human & ~lost, np.zeros_like(feet.positions))
@@ -221,12 +231,10 @@ class GroundProjection:
         ray = positions - eye[:2]
         nearer = positions - BUILDING_TOLERANCE * ray / np.linalg.norm(ray, axis=1, keepdims=True)
         chests = np.column_stack([nearer, np.full(len(nearer), CHEST)])
-        for box in self.obstacles:
-            if box.kind == "wall" and not box.contains(eye[:2]):  # a camera may be let into a wall
-                inside &= ~box.blocks(eye, chests)
-            if not any(in_sitting_area(seat, box.centre_in_world[:2]) for seat in self.seats):
-                inside &= ~box.contains(positions, -BUILDING_TOLERANCE)
-        return inside
+        return inside & ~self._walls.hide(eye, chests) & ~self._nobody_in.hold(positions, -BUILDING_TOLERANCE)
+
+    def _is_seat(self, box: SolidBox) -> bool:
+        return any(in_sitting_area(seat, box.centre_in_world[:2]) for seat in self.seats)
 
 
 def _knows(feet: FootPoints) -> NDArray[np.bool_]:
