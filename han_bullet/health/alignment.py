@@ -18,7 +18,7 @@ GATE_ALONG = 0.2  # of the distance: feet that only the box tells err by a tenth
 WITHIN = 0.1  # [s]: a period, as cameras need not look at the same moment; people go on as they went
 NEAREST = 2.0  # [m]: a decimetre of a body is 3 degrees there
 APART = 0.5  # [m]: others that place somebody farther apart mean different people
-# Of the last samples so many must agree. One errs by 0.4 degrees, and those of one person together: in 179 runs without
+# Of the last samples so many must agree. One errs by 0.4 degrees, and those of one person together: in 175 runs without
 # fault four of five were never beyond 1.4 degrees to the same side.
 SAMPLES, AGREEING = 5, 4
 TURNED, STRAIGHT = math.radians(2.0), math.radians(1.5)  # beyond is a fault, within it is over
