@@ -187,7 +187,8 @@ def sensor_health(world: World, *, sees: bool, own_senses: bool) -> SensorHealth
     periods = {camera.name: camera.ticks_per_frame * CONTROL_PERIOD for camera in world.cameras if sees}
     robot = world.robot
     laser = robot.laser.ticks_per_scan * CONTROL_PERIOD if robot.laser is not None and own_senses else None
-    return SensorHealth(periods, noisy=world.image_noise > 0.0, laser=laser, slip=robot.slip if own_senses else None)
+    slip = robot.slip if own_senses else None
+    return SensorHealth(periods, noisy=world.image_noise > 0.0, laser=laser, slip=slip, seats=world.seats())
 
 
 def task_of(world: World) -> Task:

@@ -209,6 +209,7 @@ class NavigationStack:
         self._trail.add(estimate)
         detections, scans, health = self._see(observation, estimate)
         legs = self._find_legs(observation, estimate)
+        scans = self.health.aligned(scans, legs, self._people)
         blind = tuple(self._fixed) if estimate.lost else health.blind
         people = self.tracker.update(scans, observation.time, self._views_of(blind), legs)
         sweep = None if estimate.lost else observation.laser

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from ticks import make_world
 
 from han_bullet.detection.detector import Detector
@@ -24,7 +25,7 @@ from han_bullet.sim.faults import Faults
 from han_bullet.sim.renderer import InProcessRenderer
 from han_bullet.sim.simulator import Simulator
 from han_bullet.sim.trigger import RobotNow
-from han_bullet.world_file import save_world
+from han_bullet.world_file import find_world, save_world
 from han_bullet.world_schema import World
 
 WALLS = [{"start": [0.0, y], "end": [20.0, y]} for y in (-2.05, 2.05)] + [{"start": [20.05, -2.1], "end": [20.05, 2.1]}]
@@ -324,3 +325,26 @@ def test_a_faulty_run_is_replayed_from_its_files_with_the_same_faults_and_frames
         camera: pytest.approx(max(s.time for t in watcher.ticks for s in t.decision.scans if s.camera == camera))
         for camera in ("left", "right")
     }
+
+
+@pytest.mark.scenario
+def test_the_robots_own_camera_knocked_is_noticed_by_whom_others_see_and_left_out_till_it_is_put_right(
+    tmp_path: Path,
+) -> None:
+    fault = {"kind": "knocked", "target": "onboard", "degrees": 3.0, "starts": 1.0, "until": 3.0}
+    (tmp_path / "world.yaml").write_text(
+        yaml.safe_dump(yaml.safe_load(find_world("real4").read_text()) | {"faults": [fault]})
+    )
+    watcher = Watcher()
+    result = run_world(tmp_path / "world.yaml", RunOptions(video=False), tmp_path / "run", hooks=[watcher])
+    (noticed,) = json.loads((tmp_path / "run" / "result.json").read_text())["faults"]
+    assert (noticed["sensor"], noticed["kind"]) == ("onboard", "knocked")
+    assert 1.2 < noticed["from"] < 1.7 and 3.2 < noticed["until"] < 4.2
+    assert watcher.scans_of("onboard", 0.0, 1.0) == 10
+    assert watcher.scans_of("onboard", noticed["from"], noticed["until"]) == 0
+    assert watcher.scans_of("onboard", noticed["until"], noticed["until"] + 1.0) == 10
+    assert watcher.scans_of("camera3", 0.0, 4.0) == 40
+    assert result.checks and all(check.passed for check in result.checks)
+    replayed = replay(read_run(tmp_path / "run"), 3.5)
+    assert replayed.differs_since is None and "onboard" in replayed.looks
+    assert replayed.looks["onboard"].scan.time < noticed["from"] + 1e-6

@@ -1,13 +1,14 @@
-"""Whether one camera works: what its pictures look like, and whether they come."""
+"""Whether one camera works: what its pictures look like, whether they come, and whether it looks where it should."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
+from han_bullet.health.alignment import Alignment
 from han_bullet.health.arrivals import Arrivals
 from han_bullet.health.watch import Watch
-from han_bullet.messages import Fault, FrameDetections, ImageHealth
+from han_bullet.messages import Fault, FrameDetections, ImageHealth, Seat
 
 # A picture darker and flatter than this shows nothing: noise alone, of 6 grey levels, has a mean of 2.4.
 DARK, FLAT = 10.0, 5.0  # [grey levels]
@@ -24,9 +25,14 @@ class CameraHealth:
         camera: Name.
         period: Between its frames [s].
         noisy: Whether its images have noise, so that no two are alike.
+        seats: Where people may sit.
+
+    Attributes:
+        alignment: Where it looks, if it is on the robot; nobody compares a fixed camera.
     """
 
-    def __init__(self, camera: str, period: float, *, noisy: bool = True) -> None:
+    def __init__(self, camera: str, period: float, *, noisy: bool = True, seats: Sequence[Seat] = ()) -> None:
+        self.alignment = Alignment(camera, seats)
         self._noisy = noisy
         self._arrivals = Arrivals(period)
         self._last: ImageHealth | None = None
@@ -38,8 +44,8 @@ class CameraHealth:
     @property
     def faults(self) -> tuple[Fault, ...]:
         """Return what is wrong now."""
-        watches = (*self._pictures.values(), *self._delivery.values())
-        return tuple(watch.fault for watch in watches if watch.fault is not None)
+        watched = [watch.fault for watch in (*self._pictures.values(), *self._delivery.values())]
+        return tuple(fault for fault in (*watched, self.alignment.fault) if fault is not None)
 
     def take(self, found: FrameDetections, time: float) -> bool:
         """Take in a frame that arrives at a time [s]; tell whether its picture is of use."""
@@ -52,6 +58,7 @@ class CameraHealth:
 
     def close_tick(self, time: float) -> None:
         """Look for what has not come by a time [s], after the frames of that tick."""
+        self.alignment.close_tick(time)
         self._delivery["dropped"].update(self._arrivals.silent(time) or self._arrivals.lossy, time)
         self._delivery["late"].update(self._arrivals.late and not self._arrivals.silent(time), time)
 

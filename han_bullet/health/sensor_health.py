@@ -10,7 +10,16 @@ from han_bullet.health.arrivals import SILENT_PERIODS
 from han_bullet.health.camera_health import CameraHealth
 from han_bullet.health.laser_health import LaserHealth
 from han_bullet.health.wheel_health import WheelHealth
-from han_bullet.messages import Fault, FrameDetections, Observation, PoseEstimate
+from han_bullet.messages import (
+    Fault,
+    FrameDetections,
+    LegScan,
+    Observation,
+    PoseEstimate,
+    Scan,
+    Seat,
+    TrackedPerson,
+)
 from han_bullet.world_schema import Slip
 
 BY_LASER_ALONE = 0.3  # part of its speed: legs show at 8 m, but not who walks where
@@ -25,7 +34,7 @@ class HealthReport:
 
     Attributes:
         faults: All that is wrong now, in the order of the sensors.
-        usable: Of each frame of the tick, whether it may be used.
+        usable: Of each frame of the tick, whether its picture is of use; see `SensorHealth.aligned`, too.
         blind: Cameras that have given no frame of use for three periods, whatever the reason.
         speed_factor: How fast the robot may go, as a part of its usual speed; 0 where no sensor works.
     """
@@ -48,6 +57,7 @@ class SensorHealth:
         noisy: Whether images have noise.
         laser: Between its scans [s]; None: the robot has none, or nobody knows.
         slip: The usual one of the wheels; None: nobody watches them.
+        seats: Where people may sit.
     """
 
     def __init__(
@@ -57,14 +67,18 @@ class SensorHealth:
         noisy: bool = True,
         laser: float | None = None,
         slip: Slip | None = None,
+        seats: Sequence[Seat] = (),
     ) -> None:
         self._periods = dict(periods or {})
-        self._cameras = {name: CameraHealth(name, period, noisy=noisy) for name, period in self._periods.items()}
+        self._cameras = {
+            name: CameraHealth(name, period, noisy=noisy, seats=seats) for name, period in self._periods.items()
+        }
         self._laser = None if laser is None else LaserHealth(laser)
         self._wheels = None if slip is None else WheelHealth(slip)
         self._faults: tuple[Fault, ...] = ()
         self._newest_used = -float("inf")  # exposure [s]
         self._used_at = dict.fromkeys(self._periods, 0.0)  # [s]
+        self._others: dict[str, Scan | LegScan] = {}  # the last of each fixed camera and of the laser
 
     def update(
         self, observation: Observation, estimate: PoseEstimate, detections: Sequence[FrameDetections]
@@ -74,8 +88,8 @@ class SensorHealth:
         usable = [self._take(found, time) for found in detections]
         for camera in self._cameras.values():
             camera.close_tick(time)
-        used = [found.time for found, use in zip(detections, usable, strict=True) if use]
-        self._newest_used = max([self._newest_used, *used])
+        used = (found for found, use in zip(detections, usable, strict=True) if use and self._aligned(found.camera))
+        self._newest_used = max([self._newest_used, *(found.time for found in used)])
         feels = self._laser is not None and self._laser.update(observation.laser, time)
         if self._wheels is not None:
             self._wheels.update(estimate, observation.odometry.pose_robot_in_odom)
@@ -85,6 +99,26 @@ class SensorHealth:
         longest = {name: SILENT_PERIODS * period + 1e-6 for name, period in self._periods.items()}
         blind = tuple(name for name, used_at in self._used_at.items() if time - used_at > longest[name])
         return HealthReport(faults, tuple(usable), blind, self._speed_factor(blind, feels=feels))
+
+    def aligned(self, scans: Sequence[Scan], legs: LegScan | None, people: Sequence[TrackedPerson]) -> tuple[Scan, ...]:
+        """Return the scans of a tick, after `update`, without those of cameras that look elsewhere than they should.
+
+        Args:
+            scans: Of the frames that are of use.
+            legs: What the laser says.
+            people: Who is known.
+        """
+        self._others |= {scan.camera: scan for scan in scans if scan.frame.fixed}
+        if legs is not None:
+            self._others[legs.camera] = legs
+        for scan in scans:
+            if not scan.frame.fixed and scan.camera in self._cameras:
+                self._cameras[scan.camera].alignment.compare(scan, tuple(self._others.values()), people)
+        return tuple(scan for scan in scans if self._aligned(scan.camera))
+
+    def _aligned(self, camera: str) -> bool:
+        """Tell whether a camera looks where it should, as far as anybody knows."""
+        return camera not in self._cameras or self._cameras[camera].alignment.fault is None
 
     def _sensors(self) -> Iterator[CameraHealth | LaserHealth | WheelHealth]:
         yield from self._cameras.values()
@@ -103,7 +137,7 @@ class SensorHealth:
         """Take in a frame; tell whether it may be used."""
         camera = self._cameras.get(found.camera)
         usable = (camera is None or camera.take(found, time)) and found.time >= self._newest_used - 1e-6
-        if usable and camera is not None:
+        if usable and camera is not None and self._aligned(found.camera):
             self._used_at[found.camera] = time
         return usable
 
