@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """A ROS 1 node on behalf of a program that knows no ROS: it publishes, hears and serves raw messages.
 
-The core starts it as `/usr/bin/python3 -s node.py --socket FD --name NAME`; rospy and the standard library are all it
-needs (Python 3.8 or later). What it does, the core tells it through the socket: see wire.py. It ends with the socket.
+The core starts it as `/usr/bin/python3 -s node.py --socket FD --slots FD --name NAME`; rospy and the standard library
+are all it needs (Python 3.8 or later). What it does, the core tells it through the socket: see wire.py. It ends with
+the socket.
 """
 
 import argparse
@@ -56,11 +57,13 @@ class Node:
 
     Args:
         sock: To the core.
+        slots: For long bytes from there.
         name: Of the node.
     """
 
-    def __init__(self, sock, name):
+    def __init__(self, sock, slots, name):
         self._sock = sock
+        self._slots = slots
         self._name = name
         self._sending = threading.Lock()
         self._publishers = {}  # topic: (publisher, raw type)
@@ -80,7 +83,7 @@ class Node:
         threading.Thread(target=self._count, name="count", daemon=True).start()
         with contextlib.suppress(wire.Closed):
             while True:
-                head, content = wire.receive(self._sock)
+                head, content = wire.receive(self._sock, self._slots)
                 self._carry_out(head.pop("op"), head, content)
         if not self._done.is_set():
             self._done.set()
@@ -242,6 +245,7 @@ def main():
     """Become a node and serve."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--socket", type=int, required=True, metavar="FD", help="number of the open socket to the core")
+    parser.add_argument("--slots", type=int, required=True, metavar="FD", help="number of the open file of the memory")
     parser.add_argument("--name", required=True, help="of the node")
     options = parser.parse_args(rospy.myargv()[1:])
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the core, which then closes the socket
@@ -249,7 +253,7 @@ def main():
     rospy.init_node(options.name, disable_signals=True, disable_rostime=True)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # until here the core has kept what was said
     with socket.socket(fileno=options.socket) as sock:
-        Node(sock, rospy.get_name()).run()
+        Node(sock, wire.Slots(options.slots), rospy.get_name()).run()
 
 
 if __name__ == "__main__":

@@ -181,17 +181,17 @@ class Link:
     def _send(self) -> None:
         """Send what waits until the link is closed and nothing waits: the body of a thread."""
         while (next_ones := self._next_ones()) is not None:
-            sock, waited = next_ones
+            node, waited = next_ones
             for head, message in waited:
                 frame = self._frame(head, message)
                 try:
                     if frame is not None:
-                        wire.send(sock, *frame)
+                        wire.send(node.socket, *frame, slots=node.slots)
                 except wire.Closed:  # the other thread notices, and starts a new node
                     break
 
-    def _next_ones(self) -> tuple[socket.socket, list[tuple[dict[str, Any], Any]]] | None:
-        """Return the socket and all that waits, as soon as something does; None when nothing will."""
+    def _next_ones(self) -> tuple[NodeProcess, list[tuple[dict[str, Any], Any]]] | None:
+        """Return the node and all that waits, as soon as something does; None when nothing will."""
         with self._wake:
             self._wake.wait_for(lambda: self._control or any(self._waiting.values()) or self._closing.is_set())
             waited = [*self._control]  # a topic that was announced a moment ago is in here: announcements go first
@@ -199,7 +199,7 @@ class Link:
             for queue in self._waiting.values():
                 waited += queue
                 queue.clear()
-            return (self._node.socket, waited) if waited else None
+            return (self._node, waited) if waited else None
 
     def _frame(self, head: dict[str, Any], message: Any) -> tuple[Any, ...] | None:
         """Return what to send: a head, and a message in serialized pieces; None if the message has wrong values."""

@@ -38,10 +38,13 @@ class NodeProcess:
 
     def __init__(self, name: str, uri: str, *, given_up: Callable[[], bool] = lambda: False) -> None:
         self.socket, theirs = socket.socketpair()
+        self.slots = wire.Slots.create()
+        files = theirs.fileno(), self.slots.file
+        command = [SYSTEM_PYTHON, "-s", str(NODE), "--socket", str(files[0]), "--slots", str(files[1])]
         with theirs, tempfile.TemporaryFile() as complaints:
             self._process = subprocess.Popen(
-                [SYSTEM_PYTHON, "-s", str(NODE), "--socket", str(theirs.fileno()), "--name", name.lstrip("/")],
-                pass_fds=[theirs.fileno()],
+                [*command, "--name", name.lstrip("/")],
+                pass_fds=files,
                 env=_environment(uri),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
