@@ -1,13 +1,14 @@
 """What ends where the robot does is not a person's feet: told by where the robot shows in the image."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from han_bullet.geometry import Intrinsics, Pose2D, look_at, project
-from han_bullet.messages import Detections, Frame, Scan
+from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.own_image import rows_not_of_robot
 from han_bullet.tracking.projection import GroundProjection
 
@@ -63,10 +64,11 @@ def test_the_projection_falls_back_to_the_box_beside_the_robot() -> None:
     assert wrong[0] < 7.0
 
 
-def placed(box: np.ndarray, robot: tuple[float, float], *, fixed: bool = True) -> Scan:
+def placed(box: np.ndarray, robot: tuple[float, float], *, fixed: bool = True, seats: Sequence[Seat] = ()) -> Scan:
     """The scan of a box, the rows of whose feet nobody knows, with the robot somewhere."""
     found = Detections(box, np.ones(1), np.ones(1))
-    return GroundProjection(robot_radius=0.3).project(replace(FRAME, fixed=fixed), found, Pose2D(*robot, 0.0))
+    projection = GroundProjection(robot_radius=0.3, seats=seats)
+    return projection.project(replace(FRAME, fixed=fixed), found, Pose2D(*robot, 0.0))
 
 
 def test_who_stands_behind_the_robot_is_placed_by_the_head() -> None:
@@ -74,6 +76,17 @@ def test_who_stands_behind_the_robot_is_placed_by_the_head() -> None:
     assert hidden.positions == pytest.approx(np.array([[7.5, 0.1]]), abs=0.1)
     assert hidden.per_height is not None and hidden.per_height.any()
     assert free.per_height is not None and not free.per_height.any()
+
+
+def test_who_stands_behind_the_robot_is_not_placed_on_a_seat_farther_away_and_who_sits_there_is() -> None:
+    far, near = (Seat("couch", np.array([x, 0.15]), math.pi, 0.8, 1.9) for x in (11.0, 6.0))
+    stands = placed(box_of(7.5, 0.1), (6.3, 0.0), seats=[far])
+    assert stands.positions == pytest.approx(np.array([[7.5, 0.1]]), abs=0.1)
+    (head, shins), _ = project(np.array([[6.0, 0.15, 1.25], [5.5, 0.15, 0.1]]), INTRINSICS, CAMERA)
+    box = np.array([[head[0] - 30.0, head[1], 60.0, shins[1] - head[1]]])
+    sits = placed(box, (4.9, 0.15), seats=[near])
+    assert sits.positions == pytest.approx(np.array([[6.0, 0.15]]), abs=0.05)
+    assert sits.covariances[0, 0, 0] > 0.2  # anywhere on the seat: not by the feet
 
 
 def test_a_box_around_people_far_away_and_the_robot_before_them_is_nobody_between() -> None:

@@ -105,7 +105,7 @@ class GroundProjection:
         self.robot_radius = robot_radius
         self.floor = tuple(floor)
         self.seats = tuple(seats)
-        self._furniture = [box for box in obstacles if box.kind == "object"]
+        self._furniture = Solids([box for box in obstacles if box.kind == "object"])
         self._walls = Solids([box for box in obstacles if box.kind == "wall"])
         # The foot points of those on a couch lie in it.
         self._nobody_in = Solids([box for box in obstacles if not self._is_seat(box)])
@@ -147,16 +147,19 @@ class GroundProjection:
     ) -> Readings:
         """Return where the people of human boxes stand; those whose feet do not show by their seat or their head."""
         heads = by_head(frame, boxes, feet.positions)
-        before = self._furniture
+        hidden = behind = feet_hidden(frame, boxes, heads, self._furniture, feet.known)
         if frame.fixed and pose_robot_in_world is not None:
-            before = [*before, robot_body(pose_robot_in_world, self.robot_radius)]
-        hidden = feet_hidden(frame, boxes, heads, Solids(before), feet.known)
+            robot = Solids([robot_body(pose_robot_in_world, self.robot_radius)])
+            hidden = behind | feet_hidden(frame, boxes, heads, robot, feet.known)
         human = human & ~(hidden & self._holds_legs_alone(feet))
         lost = human & (hidden | self._is_short(feet))
+        # Who seems as tall as one who stands, though only the robot is before their feet, does not sit farther away.
+        may_sit = lost & (behind | (feet.heights < SHORTEST_WHOLE))
         places = Readings(feet.positions, feet.covariances, human & ~lost, np.zeros_like(feet.positions))
-        for reading in (*(by_seat(frame, boxes, feet.positions, seat) for seat in self.seats), heads):
+        seats = [(by_seat(frame, boxes, feet.positions, seat), may_sit) for seat in self.seats]
+        for reading, whose in (*seats, (heads, lost)):
             covariances = reading.covariances + BODY_DEVIATION**2 * np.eye(2)
-            places = places.or_else(replace(reading, covariances=covariances, valid=reading.valid & lost))
+            places = places.or_else(replace(reading, covariances=covariances, valid=reading.valid & whose))
         return places
 
     def foot_points(self, frame: Frame, boxes: Array, known_rows: Array | None = None) -> FootPoints:
