@@ -16,7 +16,8 @@ Node to core:
     master      there: whether the master answers
     failed      what (an operation of the core's), name (of its topic, service, ...), why
     ended       why: another node has taken the name, or somebody ended this one; it must not be started again
-Either side ends the other by closing the socket. Long bytes of the core's lie in memory that both have; see Slots.
+Either side ends the other by closing the socket. Long bytes of the core's lie in memory that both have: the head then
+has slot: [number, size], and no bytes follow; see Slots.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ SIZES = struct.Struct("<II")  # of the head and of the bytes
 LARGEST = 256 * 1024 * 1024  # bytes of one part; more is no frame of ours
 SLOTS = 8  # frames whose bytes wait in memory; those of more go through the socket, which then makes their sender wait
 SLOT_SIZE = 4 * 1024 * 1024  # bytes: an image of 1280 x 1024 pixels
-WORTH_A_SLOT = 64 * 1024  # bytes; a socket takes fewer at once
+WORTH_A_SLOT = 128 * 1024  # bytes; about what a socket takes at once
+MEMORY = "/dev/shm"
 READ, UNREAD = b"\0", b"\1"
 
 
@@ -56,17 +58,23 @@ class Slots:
     @classmethod
     def create(cls) -> Slots:
         """Return new memory, of which only what is used is taken."""
-        return cls(os.memfd_create("han_bullet"))
+        return cls(os.open(MEMORY, os.O_TMPFILE | os.O_RDWR, 0o600))
 
     def put(self, size: int, parts: tuple[bytes | memoryview, ...]) -> int | None:
-        """Put bytes into the next slot and return its number; None: it is still to be read, or they are too many."""
+        """Put bytes into the next slot and return its number.
+
+        None: it is still to be read, there is no room for so many, or no memory.
+        """
         number = self._next
+        place = (number + 1) * SLOT_SIZE
         if size > SLOT_SIZE or os.pread(self.file, 1, number) == UNREAD:
             return None
-        place = (number + 1) * SLOT_SIZE
-        for part in parts:
-            place += os.pwrite(self.file, part, place)
-        os.pwrite(self.file, UNREAD, number)
+        try:
+            for part in parts:
+                place += os.pwrite(self.file, part, place)
+            os.pwrite(self.file, UNREAD, number)
+        except OSError:
+            return None
         self._next = (number + 1) % SLOTS
         return number
 

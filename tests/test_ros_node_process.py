@@ -33,14 +33,21 @@ def test_a_machine_without_ros_is_told_how_to_get_it(instead: str, monkeypatch: 
 def test_a_ros_that_the_shell_knows_is_found_and_nothing_else_of_its_module_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in ("workspace/rospy", "other/json"):
+    for module in (
+        "workspace/rospy",
+        "workspace/rosgraph",
+        "workspace/roslib",
+        "isolated/genpy",
+        "isolated/std_msgs",
+        "other/json",
+    ):
         (tmp_path / module).mkdir(parents=True)
         (tmp_path / module / "__init__.py").touch()
     monkeypatch.setattr(node_process, "SYSTEM_PYTHON", sys.executable)  # to which nobody else brings rospy
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path / 'other'}:{tmp_path / 'workspace'}:")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path / 'other'}:{tmp_path / 'workspace'}:{tmp_path / 'isolated'}:")
     check_ros()
-    assert node_process._environment(URI)["PYTHONPATH"] == str(tmp_path / "workspace")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "other"))
+    assert node_process._environment(URI)["PYTHONPATH"] == f"{tmp_path / 'workspace'}:{tmp_path / 'isolated'}"
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path / 'other'}:{tmp_path / 'workspace'}")
     with pytest.raises(BadInputError):
         check_ros()
 

@@ -23,6 +23,7 @@ from han_bullet.ros import link as link_module
 from han_bullet.ros.link import Link
 from han_bullet.ros.master import node_at
 from han_bullet.ros.message_types import deserialize, make
+from ros1_bridge.wire import SLOTS, UNREAD
 
 pytestmark = pytest.mark.ros
 MIB = 1024 * 1024
@@ -277,10 +278,12 @@ def test_both_ways_are_full_and_flow_again(ros_master: Master, link: Link) -> No
 def test_a_node_that_reads_nothing_is_ended_with_the_link(ros_master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_module, "ENDS_WITHIN", 0.3)
     with Link() as link:
-        link.advertise("/image", "sensor_msgs/Image")
+        link.advertise("/image", "sensor_msgs/Image", size=100)
         psutil.Process(link.process_id).suspend()
-        link.publish("/image", image(1))
-    assert not is_alive(link.process_id)
+        for number in range(2 * SLOTS):
+            link.publish("/image", image(number))
+        until(lambda: os.pread(link._node.slots.file, SLOTS, 0) == UNREAD * SLOTS)  # the next one blocks the sender
+    assert link._sender.is_alive() is False and not is_alive(link.process_id)
 
 
 def test_a_mute_master_blocks_nobody(ros_master: Master, link: Link) -> None:

@@ -19,6 +19,7 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # where Debian's and Ubuntu's packages put r
 NODE = Path(wire.__file__).with_name("node.py")
 CURE = "`make ros` installs it, or the packages in ros1_bridge/README.md; Debian 12 and Ubuntu 22.04 have them"
 NOETIC = "/opt/ros/noetic/lib/python3/dist-packages"  # where ROS's own packages put it
+OF_ROS = ("rospy", "rosgraph", "roslib", "genpy", "std_msgs")  # what the node needs of it
 READY_WITHIN = 20.0  # [s]; usually 0.4
 LOOKED_EVERY = 0.1  # [s]: whether the start was given up
 ENDS_WITHIN = 3.0  # [s]
@@ -89,7 +90,8 @@ class NodeProcess:
 
 def check_ros() -> None:
     """Raise BadInputError unless the system's python3 has rospy."""
-    command = [SYSTEM_PYTHON, "-s", "-c", "import sys, importlib.util; sys.exit(not importlib.util.find_spec('rospy'))"]
+    look = f"import sys, importlib.util; sys.exit(not all(map(importlib.util.find_spec, {OF_ROS})))"
+    command = [SYSTEM_PYTHON, "-s", "-c", look]
     try:
         subprocess.run(command, env=_without_python(), check=True, capture_output=True, timeout=READY_WITHIN)
     except (OSError, subprocess.SubprocessError):
@@ -108,8 +110,8 @@ def _environment(uri: str) -> dict[str, str]:
 
 
 def _without_python() -> dict[str, str]:
-    """Return the environment without this Python's settings; of its module path the folders that have rospy remain."""
+    """Return the environment without this Python's settings; of its module path the folders of ROS remain."""
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
     folders = [*os.environ.get("PYTHONPATH", "").split(os.pathsep), NOETIC]
-    of_ros = [folder for folder in folders if folder and Path(folder, "rospy").is_dir()]
+    of_ros = [folder for folder in folders if folder and any(Path(folder, name).is_dir() for name in OF_ROS)]
     return environment | ({"PYTHONPATH": os.pathsep.join(of_ros)} if of_ros else {})
