@@ -199,6 +199,18 @@ def test_health_leaves_out_the_scans_of_a_knocked_camera_counts_it_as_blind_and_
     assert health.aligned([own], legs(turned(ANNA, 1.0), time=time), []) == ()
 
 
+def test_a_robot_that_is_not_sure_of_its_heading_does_not_judge_its_camera() -> None:
+    for degrees, knocked in ((0.5, True), (1.0, False)):
+        health, covariance = SensorHealth({"head": 0.1}), np.diag([0.0, 0.0, np.radians(degrees) ** 2])
+        for tick in range(2 * SAMPLES):
+            time = 0.1 * tick
+            sensed = Observation(time, Odometry(time, HERE, Twist2D()))
+            found = [Detections.none().at("head", time, ImageHealth(tick, 120.0, 25.0))]
+            report = health.update(sensed, PoseEstimate(time, HERE, covariance), found)
+            health.aligned([scan("head", turned(ANNA, 3.0), time=time), scan("ceiling", ANNA, time=time)], None, [])
+        assert bool(report.faults) is knocked, degrees
+
+
 def test_an_old_frame_is_not_too_old_beside_newer_ones_of_a_knocked_camera_alone() -> None:
     health = SensorHealth({"head": 0.1, "ceiling": 0.1})
 
