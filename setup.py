@@ -54,6 +54,7 @@ setup(
             "types-PyYAML",
             "scikit-image>=0.22",
             "stonesoup>=1.9",
+            "psutil>=5.9",
             *SWEEP,
             *MQTT,
             *ROS,
