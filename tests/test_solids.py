@@ -1,3 +1,5 @@
+"""Walls and furniture at once say what each of them says alone."""
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
