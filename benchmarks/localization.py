@@ -2,7 +2,7 @@
 
 The worlds are run with true perception; odometry and scans, with the people's legs in them, are the simulator's.
 
-Usage: python -m benchmarks.localization [--worlds real1,real4,two_abreast,real3,sim2] [--seeds 10]
+Usage: python -m benchmarks.localization [--worlds sim1,sim2,real1,real2,real3,real4,two_abreast] [--seeds 10]
 """
 
 import argparse
@@ -28,7 +28,7 @@ from han_bullet.wall_faces import with_doors
 from han_bullet.world_file import load_world
 from han_bullet.world_schema import CONTROL_PERIOD
 
-WORLDS = "real1,real4,two_abreast,real3,sim2"
+WORLDS = "sim1,sim2,real1,real2,real3,real4,two_abreast"
 START_DEVIATIONS = np.array([0.05, 0.05, math.radians(2.0)])  # somebody put the robot there [m], [rad]
 SETTLING = 0.5  # from the start, which is no merit and no fault of the method [s]
 
