@@ -15,7 +15,7 @@ from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array
 from han_bullet.messages import HandOver, Task
-from han_bullet.metrics import Metric, Metrics, Value
+from han_bullet.metrics import Metric, Metrics, Value, written
 from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.planning.astar import AStar
 from han_bullet.static_map import static_costmap
@@ -136,12 +136,12 @@ class Check:
 def check_expectations(
     expectations: Sequence[Expectation], metrics: Sequence[Metric], source: str = "world"
 ) -> list[Check]:
-    """Hold each expectation against the metric that it names.
+    """Hold each expectation against the metric that it names, as it is written.
 
     Raises:
         BadInputError: An expectation names a metric that the run does not have.
     """
-    values = {metric.name: metric.value for metric in metrics}
+    values = {metric.name: written(metric.value) for metric in metrics}
     for index, expectation in enumerate(expectations):
         if expectation.metric not in values:
             raise BadInputError(

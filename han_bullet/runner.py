@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -29,7 +28,7 @@ from han_bullet.known_devices import KnownDevices
 from han_bullet.latency import Latency
 from han_bullet.localization.localizer import Localization
 from han_bullet.memory import peak_memory
-from han_bullet.metrics import Metric, Metrics, Value
+from han_bullet.metrics import Metric, Metrics, written
 from han_bullet.mirroring import OTHER_SIDE, mirrored
 from han_bullet.noticed_faults import NoticedFault, NoticedFaults
 from han_bullet.orders import GivenOrder, GivenOrders
@@ -196,8 +195,8 @@ def run_world(
         "faults": [fault.as_json() for fault in noticed.faults],
         "outcome": next(metric.value for metric in results if metric.name == "outcome"),
         "outcome_detail": end.gave_up,
-        "metrics": [asdict(replace(metric, value=_plain(metric.value))) for metric in results],
-        "checks": [asdict(replace(check, value=_plain(check.value))) for check in checks],
+        "metrics": [asdict(replace(metric, value=written(metric.value))) for metric in results],
+        "checks": [asdict(check) for check in checks],
         "timings": {
             "workers": _worker_count(concrete, options, detector),
             "simulated_s": round(simulated, 3),
@@ -359,10 +358,3 @@ def _recorders(world: World, options: RunOptions, folder: Path) -> list[Hook]:
 
         recorders.append(VideoRecorder(folder / "video.mp4", world, show_cameras=options.perception == "cameras"))
     return recorders
-
-
-def _plain(value: Value) -> Value:
-    """Round floats to a micro-unit; what is not a number becomes None."""
-    if isinstance(value, float):
-        return round(value, 6) if math.isfinite(value) else None
-    return value

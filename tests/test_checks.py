@@ -84,6 +84,13 @@ def test_an_expectation_is_met_within_its_range_and_not_outside(expectation: Exp
     assert check.passed is passed
 
 
+def test_a_value_is_judged_as_it_is_written() -> None:
+    six_periods = [Metric("stalled_time", 6 * 0.05, "s", "")]  # 0.30000000000000004
+    (check,) = check_expectations([Expectation(metric="stalled_time", at_most=0.3)], six_periods)
+    assert (check.passed, check.value) == (True, 0.3)
+    assert not check_expectations([Expectation(metric="stalled_time", at_most=0.299999)], six_periods)[0].passed
+
+
 def test_an_expectation_on_an_unknown_metric_is_refused() -> None:
     with pytest.raises(BadInputError, match=r"'applause' is no metric"):
         check_expectations([Expectation(metric="applause", at_least=1.0)], METRICS)

@@ -73,6 +73,7 @@ def test_off_the_centre_line_they_touch_later_and_beyond_the_reach_never() -> No
     assert time_to_collision(np.array([3.0, 0.51]), np.array([-1.0, 0.0]), 0.5) == math.inf
     assert time_to_collision(np.array([3.0, 0.0]), np.array([1.0, 0.0]), 0.5) == math.inf
     assert time_to_collision(np.array([3.0, 0.0]), np.array([0.0, 0.0]), 0.5) == math.inf
+    assert time_to_collision(np.array([3.0, 0.0]), np.array([-1e-20, 0.0]), 0.5) == math.inf
 
 
 def test_discs_that_overlap_have_no_time_left() -> None:
@@ -83,7 +84,7 @@ def test_discs_that_overlap_have_no_time_left() -> None:
 def test_at_the_time_to_collision_the_discs_touch(x: float, y: float, vx: float, vy: float) -> None:
     offset, velocity = np.array([x, y]), np.array([vx, vy])
     time = time_to_collision(offset, velocity, 0.55)
-    if 0.0 < time < 1e6:
+    if 0.0 < time < math.inf:
         assert math.hypot(*(offset + time * velocity)) == pytest.approx(0.55, abs=1e-6)
 
 

@@ -11,11 +11,14 @@ from han_bullet.episode import Tick
 from han_bullet.geometry import Array
 from han_bullet.metrics.tally import PERSON_RADIUS, Definition, Definitions, Tally, Value
 
+AT_REST = 0.001  # [m/s] between robot and person; slower than that, neither goes anywhere
+
 
 def time_to_collision(offset: Array, relative_velocity: Array, reach: float) -> float:
     """Return when two discs touch that keep their velocities [s]; inf where they never do, 0 where they overlap.
 
-    The smaller root t of |offset + relative_velocity t| = reach, while the gap closes.
+    The smaller root t of |offset + relative_velocity t| = reach, while the gap closes. At rest, where a simulator's
+    velocities are noise, they never touch.
 
     Args:
         offset: From the centre of the one to the other's, shape (2,) [m].
@@ -28,7 +31,7 @@ def time_to_collision(offset: Array, relative_velocity: Array, reach: float) -> 
         return 0.0
     half_b, a = x * vx + y * vy, vx * vx + vy * vy
     discriminant = half_b * half_b - a * c
-    if half_b >= 0.0 or discriminant < 0.0:
+    if half_b >= 0.0 or discriminant < 0.0 or a < AT_REST**2:
         return math.inf
     return float(c / (math.sqrt(discriminant) - half_b))
 
@@ -46,8 +49,9 @@ class CollisionCourseTally(Tally):
             "s",
             "smallest time over ticks and people until the discs of robot and person, its radius and "
             f"{PERSON_RADIUS:g} m, would touch if both kept their true velocities: the smaller root of the quadratic "
-            "of the centres' distance; only while the gap closes, and not where they would miss each other; 0 where "
-            "the discs overlap; none if there never was such a tick",
+            "of the centres' distance; only while the gap closes, not where they would miss each other, and not where "
+            f"they move against each other by less than {AT_REST:g} m/s; 0 where the discs overlap; none if there "
+            "never was such a tick",
             "higher",
             "Francis2023: TTC; robot_sf: of the centres, without miss distance",
             headline=True,
