@@ -109,7 +109,7 @@ def _metric(name: str, value: Value) -> Metric:
 
 
 def written(value: Value) -> Value:
-    """Return a value as it is written and judged, to a micro-unit: six periods of 0.05 s are 0.3 s, not a float above."""
+    """Return a value as it is written and judged, to a micro-unit: six periods of 0.05 s are 0.3 s, no float above."""
     if isinstance(value, float):
         return round(value, 6) if math.isfinite(value) else None
     return value
