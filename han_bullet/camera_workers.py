@@ -51,7 +51,9 @@ class CameraStation:
         self.detector = camera_detector(detector, mounted, world.seats(), world.solid_boxes())
         fixed = [camera for camera in mounted if camera.fixed]
         images = self.frames.calibration_images([camera.name for camera in fixed])
-        self.detector.calibrate([_calibration_frame(c, i) for c, i in zip(fixed, images, strict=True)])
+        empty = [_calibration_frame(camera, image) for camera, image in zip(fixed, images, strict=True)]
+        self.detector.calibrate(empty)
+        self.detector.rehearse(empty[:1])
 
 
 def _calibration_frame(camera: MountedCamera, image: Image) -> Frame:

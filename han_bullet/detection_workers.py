@@ -150,13 +150,13 @@ def _serve(
         try:
             chosen = choice.load()
             detector = camera_detector(chosen, cameras, seats, obstacles)
-            detector.calibrate(
-                [
-                    Frame(camera.name, 0.0, empty_scenes[camera.name], camera.intrinsics, camera.mount, fixed=True)
-                    for camera in cameras
-                    if camera.name in empty_scenes
-                ]
-            )
+            empty = [
+                Frame(camera.name, 0.0, empty_scenes[camera.name], camera.intrinsics, camera.mount, fixed=True)
+                for camera in cameras
+                if camera.name in empty_scenes
+            ]
+            detector.calibrate(empty)
+            detector.rehearse(empty[:1])
             connection.send(chosen.threshold)
             while True:
                 connection.send(detector.detect([connection.recv()])[0])

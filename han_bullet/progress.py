@@ -11,10 +11,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from han_bullet.episode import Hook, Tick
 
 REFRESH_PERIOD = 0.25  # [s] of wall clock
+GETTING_READY = "getting ready; the first run after an installation compiles, for a minute"
 
 
 class ProgressBar(Hook):
-    """Show simulated time, status and real-time factor while a run goes on.
+    """Show simulated time, status and real-time factor while a run goes on, and that it gets ready before.
 
     Args:
         name: Of the world.
@@ -26,30 +27,29 @@ class ProgressBar(Hook):
         self._bar = Progress(
             TextColumn("[bold]{task.description}"),
             BarColumn(),
-            TextColumn(
-                "{task.completed:5.1f} s simulated, {task.fields[factor]:.2f} x real time, {task.fields[status]}"
-            ),
+            TextColumn("{task.fields[status]}"),
             TimeElapsedColumn(),
             console=console,
             transient=True,
         )
-        self._task = self._bar.add_task(escape(name), total=duration, factor=0.0, status="")
+        self._task = self._bar.add_task(escape(name), total=duration, status=GETTING_READY)
         self._started: float | None = None
         self._drawn = 0.0
+        self._bar.start()
 
     def record(self, tick: Tick) -> None:
         """Move the bar on, a few times a second."""
         now = time.perf_counter()
         if self._started is None:
             self._started = now
-            self._bar.start()
         if now - self._drawn < REFRESH_PERIOD:
             return
         self._drawn = now
-        factor = tick.observation.time / max(now - self._started, 1e-9)
-        status = tick.decision.status.value
-        self._bar.update(self._task, completed=tick.observation.time, factor=factor, status=status)
+        simulated = tick.observation.time
+        factor = simulated / max(now - self._started, 1e-9)
+        status = f"{simulated:5.1f} s simulated, {factor:.2f} x real time, {tick.decision.status.value}"
+        self._bar.update(self._task, completed=simulated, status=status)
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Take the bar away; may be called again."""
         self._bar.stop()

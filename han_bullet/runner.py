@@ -48,6 +48,7 @@ from han_bullet.recorder import (
     TraceRecorder,
     TracksRecorder,
 )
+from han_bullet.rehearsal import rehearse
 from han_bullet.sim.renderer import FrameSource
 from han_bullet.sim.simulator import Simulator
 from han_bullet.stack import NavigationStack
@@ -174,6 +175,10 @@ def run_world(
         simulator = Simulator(concrete, renderer=watched, seed=options.seed, gui=options.gui, channel=channel)
         closing.callback(simulator.close)
         devices = known_devices(concrete, channel.session)
+        unused = known_devices(concrete, channel.session)
+        rehearse(_build(concrete, options, start, simulator, NoDetector(), (), unused), concrete)
+        if isinstance(people_finder, CameraWorkers):  # which have been loading the detector in the meantime
+            detector_description = (detector_description or {}) | {"threshold": people_finder.wait_until_ready()}
         stack = _build(concrete, options, start, simulator, people_finder, layers, devices)
         metrics, noticed, given = Metrics(concrete), NoticedFaults(), GivenOrders()
         recorders = _recorders(concrete, options, folder)
@@ -295,7 +300,7 @@ def _open_cameras(
         closing.callback(station.frames.close)
         return station.frames, station.detector, description | {"threshold": chosen.threshold}
     workers = closing.enter_context(CameraWorkers(world, options.seed, names, choice, count))
-    return workers, workers, description | {"threshold": workers.wait_until_ready()}
+    return workers, workers, description
 
 
 def _build(

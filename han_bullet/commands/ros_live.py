@@ -35,10 +35,11 @@ def add(commands: Commands[Parser]) -> None:
 
 def _run(options: argparse.Namespace, console: Console) -> int:
     from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
+    from han_bullet.rehearsal import rehearse
     from han_bullet.ros.link import Link
     from han_bullet.ros.live import LiveLoop
     from han_bullet.ros.live_setup import load_live_setup
-    from han_bullet.ros.live_stack import build_eyes, build_live_stack, load_kernels
+    from han_bullet.ros.live_stack import build_eyes, build_live_stack
     from han_bullet.ros.live_topics import LiveTopics
 
     setup = load_live_setup(options.config)
@@ -52,7 +53,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
             devices = closing.enter_context(MqttChannel(setup.mqtt))
         eyes = closing.enter_context(build_eyes(setup, options.workers))
         ended = ends_by_signal()
-        load_kernels(setup, eyes)
+        rehearse(build_live_stack(setup, eyes, EmbeddedChannel()), setup.world)  # while the eyes load what they need
         eyes.wait_until_ready()
         stack = build_live_stack(setup, eyes, devices)
         LiveLoop(setup, stack, eyes, link, LiveTopics(setup.world, stack, link), devices).run(ended.is_set)

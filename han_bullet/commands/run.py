@@ -117,9 +117,10 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         faults=tuple(options.faults),
     )
     folder = options.out or Path("runs") / find_world(options.world).stem
-    bar = ProgressBar(world.name, world.duration, console)
     with contextlib.ExitStack() as closing:
         bridge, onlookers = open_bridge(options, closing)
+        bar = ProgressBar(world.name, world.duration, console)
+        closing.callback(bar.close)  # also when the run does not begin
         result = run_world(options.world, run_options, folder, hooks=[bar, *onlookers], operator=bridge)
     _print_metrics(result, console)
     _print_faults(result, console)

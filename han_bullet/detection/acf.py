@@ -121,7 +121,7 @@ class AcfDetector(Detector):
         part = windows[
             level.first_row : level.first_row + max(channels.shape[0] - self._window_rows + 1, 0),
             level.first_column : level.first_column + max(channels.shape[1] - self._window_columns + 1, 0),
-        ]
+        ].copy()
         offsets = self._offsets(*channels.shape[1:])
         rows, columns, scores, trees = scan(
             channels, part, offsets, model.thresholds, model.leaves, model.cascade_threshold

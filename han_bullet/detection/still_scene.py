@@ -123,7 +123,7 @@ def changed_part(changes: Cells, boxes: Array) -> Array:
     A box that reaches over the image's edge counts as unchanged out there.
     """
     integral = cv2.integral(changes.astype(np.uint8))
-    x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T
+    x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T.copy()
     left, right = (_nearest(x, integral.shape[1]) for x in (x0, x0 + width))
     top, bottom = (_nearest(y, integral.shape[0]) for y in (y0, y0 + height))
     count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]

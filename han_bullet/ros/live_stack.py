@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from han_bullet.assembly import build_localization, build_stack, build_tracker, known_devices
 from han_bullet.detection.model_files import DEFAULT
 from han_bullet.detection_workers import DetectionWorkers
 from han_bullet.detector_choice import DetectorChoice
-from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
-from han_bullet.geometry import Pose2D, Twist2D
+from han_bullet.device_channel import DeviceChannel
 from han_bullet.localization.dead_reckoning import DeadReckoning
 from han_bullet.localization.localizer import Localization
 from han_bullet.localization.odometry_model import OdometryModel
-from han_bullet.messages import LaserScan, Observation, Odometry
 from han_bullet.ros.live_setup import LiveSetup
 from han_bullet.stack import NavigationStack
-from han_bullet.world_schema import Laser
 
 
 def build_eyes(setup: LiveSetup, count: int) -> DetectionWorkers:
@@ -44,15 +37,6 @@ def build_live_stack(setup: LiveSetup, eyes: DetectionWorkers, devices: DeviceCh
         tracker=build_tracker(world),
         devices=known_devices(world, devices.session),
     )
-
-
-def load_kernels(setup: LiveSetup, eyes: DetectionWorkers) -> None:
-    """Decide once with a stack that is thrown away, for kernels to be loaded before the robot waits for commands."""
-    laser = setup.world.robot.laser or Laser()
-    first, step = -0.5 * math.radians(laser.field_of_view), math.radians(laser.resolution)
-    scan = LaserScan(0.0, np.full(laser.ray_count, 1.0), first, step, 0.0, laser.range_max, setup.scanner_in_body)
-    odometry = Odometry(0.0, Pose2D(0.0, 0.0, 0.0), Twist2D())
-    build_live_stack(setup, eyes, EmbeddedChannel()).step(Observation(0.0, odometry, scan))
 
 
 def _localization(setup: LiveSetup) -> Localization:
