@@ -22,7 +22,7 @@ from han_bullet.detection.detector import Detector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.detector_choice import DetectorChoice
 from han_bullet.errors import HanError
-from han_bullet.fork_server import worker_context
+from han_bullet.fork_server import without_main_module, worker_context
 from han_bullet.messages import Frame, FrameDetections
 from han_bullet.mounted_camera import MountedCamera, camera_detector
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
@@ -150,7 +150,8 @@ class CameraWorkers(FrameSource, FrameDetector):
             ours, theirs = context.Pipe()
             arguments = (theirs, world, seed, cameras, choice, names)
             process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
-            process.start()
+            with without_main_module():
+                process.start()
             theirs.close()
             self._workers.append((process, ours))
 

@@ -14,7 +14,7 @@ from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.pictures import Image
 from han_bullet.detector_choice import DetectorChoice
 from han_bullet.errors import HanError
-from han_bullet.fork_server import worker_context
+from han_bullet.fork_server import without_main_module, worker_context
 from han_bullet.geometry import Pose2D, SolidBox
 from han_bullet.messages import CameraImage, Frame, FrameDetections, Seat
 from han_bullet.mounted_camera import MountedCamera, camera_detector
@@ -65,7 +65,8 @@ class DetectionWorkers(FrameDetector):
                 ours, theirs = context.Pipe()
                 arguments = (theirs, tuple(cameras), dict(empty_scenes), tuple(seats), tuple(obstacles), choice)
                 process = context.Process(target=_serve, args=arguments, name=f"detection-worker-{index}", daemon=True)
-                process.start()
+                with without_main_module():
+                    process.start()
                 theirs.close()
                 self._processes[ours] = process
         except BaseException:

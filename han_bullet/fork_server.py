@@ -6,11 +6,14 @@ With a server, the workers share both, and one that is started early imports whi
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import signal
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.context import ForkServerContext
+from types import ModuleType
 
 # Importing these starts no thread that a fork would lose, and opens nothing. Numba imports its arraymath, and with it
 # SciPy's linear algebra, at the first call of a compiled function.
@@ -35,3 +38,17 @@ def worker_context(imported: Sequence[str] = IMPORTED) -> ForkServerContext:
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return context
+
+
+@contextlib.contextmanager
+def without_main_module() -> Iterator[None]:
+    """Let processes that start meanwhile not import the program's main module, of which our workers need nothing.
+
+    It would be imported by each, and a script that runs a world would do so once more unless it asks for its name.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main

@@ -3,8 +3,10 @@
 import importlib.util
 import os
 import signal
+import subprocess
 import sys
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 from han_bullet.fork_server import IMPORTED, worker_context
 
@@ -38,3 +40,18 @@ def test_the_keyboard_stops_the_main_process_alone() -> None:
     _, _, blocked = told_by_a_worker()
     assert blocked
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_a_script_that_starts_workers_runs_once_also_where_it_does_not_ask_for_its_name(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from multiprocessing.connection import Connection\n"
+        "from han_bullet.fork_server import without_main_module, worker_context\n"
+        "context = worker_context(())\n"
+        "ours, theirs = context.Pipe()\n"
+        "with without_main_module():\n"
+        "    context.Process(target=Connection.send, args=(theirs, 'from the worker')).start()\n"
+        "print(ours.recv(), 'to', __name__)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("from the worker to __main__\n", "")
