@@ -57,5 +57,9 @@ def test_sweeps_and_what_bench_measures_leave_each_other_alone(tmp_path: Path, m
     results.write_sweeps("rows")
     results.write_measured("# Results\n\nsecond")
     assert (tmp_path / "RESULTS.md").read_text() == "# Results\n\nsecond\n\n## Sweeps\n\nrows\n"
+    with (tmp_path / "RESULTS.md").open("a") as file:
+        file.write("\n## Measured apart\n\n| in turn |\n")
     results.write_sweeps("more rows")
-    assert (tmp_path / "RESULTS.md").read_text() == "# Results\n\nsecond\n\n## Sweeps\n\nmore rows\n"
+    results.write_measured("# Results\n\nthird")
+    parts = ("# Results\n\nthird\n", "## Sweeps\n\nmore rows\n", "## Measured apart\n\n| in turn |\n")
+    assert (tmp_path / "RESULTS.md").read_text() == "\n".join(parts)
