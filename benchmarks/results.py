@@ -28,7 +28,11 @@ def _parts() -> tuple[str, str, str]:
 
 
 def _write(measured: str, sweeps: str, apart: str) -> None:
-    parts = measured.strip() + "\n" + "".join(
-        heading + "\n" + text.strip() + "\n" for heading, text in ((SWEEPS, sweeps), (APART, apart)) if text.strip()
+    parts = (
+        measured.strip()
+        + "\n"
+        + "".join(
+            heading + "\n" + text.strip() + "\n" for heading, text in ((SWEEPS, sweeps), (APART, apart)) if text.strip()
+        )
     )
     write_at_once(RESULTS, parts.encode())
