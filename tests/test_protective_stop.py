@@ -18,21 +18,27 @@ from tests.scans import scan_at
 RADIUS = 0.3
 CLEARANCE = 0.05
 PHYSICS = 1.0 / 240.0
-STEPS = round(CONTROL_PERIOD / PHYSICS)
 
 Points = Sequence[tuple[float, float]]
 
 
 class Base:
-    """An omnidirectional base with limited accelerations, as the simulator's, among points in the world."""
+    """An omnidirectional base with limited accelerations, as the simulator's, among points in the world.
 
-    def __init__(self, points: Points, twist: Twist2D = Twist2D(), noise: float = 0.0) -> None:
+    Its loop has a period [s]; the scanner's is 0.1 s, or that of a loop that is slower.
+    """
+
+    def __init__(
+        self, points: Points, twist: Twist2D = Twist2D(), noise: float = 0.0, period: float = CONTROL_PERIOD
+    ) -> None:
         self.pose, self.twist = Pose2D(0.0, 0.0, 0.0), twist
         self.points = np.array(points, float).reshape(-1, 2)
         self.noise = np.random.default_rng(0), noise
         self.tick = 0
         self.nearest = self.gap
-        self.stop = ProtectiveStop()
+        self.period = period
+        self.stop = ProtectiveStop(reaction=0.1 + period)
+        self.stop.control_period = period
         self.braked: list[bool] = []
         self.sent: list[Twist2D] = []
 
@@ -42,21 +48,21 @@ class Base:
         return float(np.hypot(*(self.points - self.pose.position).T).min(initial=np.inf)) - RADIUS
 
     def scan(self) -> LaserScan | None:
-        if self.tick % 2:
+        if self.period < 0.1 and self.tick % 2:
             return None
         rng, deviation = self.noise
         seen = self.pose.to_body(self.points)
         away = seen / np.maximum(np.hypot(*seen.T), 1e-9)[:, None]
         seen = seen + rng.normal(0.0, deviation, (len(seen), 1)) * away
-        return scan_at(*map(tuple, seen.tolist()), time=self.tick * CONTROL_PERIOD)
+        return scan_at(*map(tuple, seen.tolist()), time=self.tick * self.period)
 
     def drive(self, command: Twist2D, *, protected: bool = True) -> None:
         """Move on for a control period, measuring the nearest gap at each step of the physics."""
         if protected:
-            command, braked = self.stop.limit(command, self.scan(), self.twist, self.tick * CONTROL_PERIOD)
+            command, braked = self.stop.limit(command, self.scan(), self.twist, self.tick * self.period)
             self.braked.append(braked)
             self.sent.append(command)
-        for _ in range(STEPS):
+        for _ in range(round(self.period / PHYSICS)):
             x, y = command.vx - self.twist.vx, command.vy - self.twist.vy
             part = min(1.0, PHYSICS / max(math.hypot(x, y), 1e-12))
             turn = min(max(command.omega - self.twist.omega, -3.0 * PHYSICS), 3.0 * PHYSICS)
@@ -124,6 +130,14 @@ def test_towards_a_wall_the_base_stops_at_the_clearance_in_any_direction(bearing
     assert base.braked[-1]
     assert CLEARANCE - 0.01 <= base.nearest <= CLEARANCE + 0.05
     assert base.twist.speed < 0.02
+
+
+@pytest.mark.parametrize(("period", "speed"), [(0.1, 1.0), (0.2, 0.5), (0.5, 0.2)])
+def test_a_slower_loop_stops_at_the_clearance_too(period: float, speed: float) -> None:
+    base = Base(wall(2.0), period=period)
+    for _ in range(round(15.0 / period)):
+        base.drive(Twist2D(0.0, speed, 0.0))
+    assert base.nearest == pytest.approx(CLEARANCE, abs=0.01)
 
 
 def test_against_a_wall_it_does_not_creep_in_half_a_minute() -> None:

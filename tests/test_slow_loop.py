@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from han_bullet.control.protective_stop import ProtectiveStop
 from han_bullet.ros.slow_loop import FARTHEST, FARTHEST_TURN, LONGEST, LOOK_BACK, SlowLoop
 from han_bullet.world_schema import CONTROL_PERIOD, Robot
 
@@ -15,12 +16,13 @@ ROBOT = Robot(start=(0.0, 0.0, 0.0))
 def stack() -> Any:
     limits = {"max_speed": ROBOT.max_speed, "max_yaw_rate": ROBOT.max_yaw_rate, "control_period": CONTROL_PERIOD}
     return SimpleNamespace(
-        follower=SimpleNamespace(**limits), protective_stop=SimpleNamespace(reaction=0.1 + CONTROL_PERIOD)
+        follower=SimpleNamespace(**limits), protective_stop=ProtectiveStop()
     )
 
 
 def limits(stack: Any) -> tuple[float, float, float, float]:
     follower = stack.follower
+    assert stack.protective_stop.control_period == follower.control_period
     return follower.control_period, follower.max_speed, follower.max_yaw_rate, stack.protective_stop.reaction
 
 

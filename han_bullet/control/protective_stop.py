@@ -27,9 +27,8 @@ NARROW = 0.02  # [m] beyond the footprint
 SHOULDERS = 0.25  # [m] beyond the footprint: by so much people are wider than their legs
 FORESIGHT = 0.5  # by so much [s] people may be farther on their way than they are taken to be: who sets off gets faster
 NO_WORSE = 1e-6  # no command is blamed for what braking at once comes to, within this [m]; more adds up to a creep
-SILENT = (
-    0.5  # points that old [s] say nothing any more: a scanner out of order is the matter of health, which slows down
-)
+# Points that old [s] say nothing any more: a scanner out of order is the matter of health, which slows down.
+SILENT = 0.5
 
 
 class ProtectiveStop:
@@ -74,6 +73,7 @@ class ProtectiveStop:
         self.radius = radius
         self.clearance = clearance
         self.reaction = reaction
+        self.control_period = CONTROL_PERIOD  # [s]; of a loop that is slower, its own
         self._accelerations = (max_acceleration, max_yaw_acceleration)
         self._legs = LegMotion()
         self._is_leg: NDArray[np.bool_] = np.zeros(0, bool)
@@ -87,7 +87,7 @@ class ProtectiveStop:
     def limit(self, command: Twist2D, scan: LaserScan | None, twist: Twist2D, time: float) -> tuple[Twist2D, bool]:
         """Return the command for the next control period, and whether it had to be limited.
 
-        A limited one changes the velocity by no more than the base can in that period.
+        A limited one changes the speed by no more than the base can in that period; of its turning it may ask for more.
 
         Args:
             command: What the robot would do.
@@ -181,16 +181,16 @@ class ProtectiveStop:
         """
         now = np.array([twist.vx, twist.vy, twist.omega])
         target = np.array([candidate.vx, candidate.vy, candidate.omega])
-        holds = np.array([self.reaction, CONTROL_PERIOD])
+        holds = np.array([self.reaction, self.control_period])
         found: tuple[Array, Array] = _approaches(
             points.in_body, points.velocities, now, target, holds, duration, *self._accelerations
         )
         return found
 
     def _ramped(self, wanted: Twist2D, now: Twist2D) -> Twist2D:
-        """Return what the base can reach of a wanted velocity within a control period."""
+        """Return what the base can reach of a wanted velocity within a control period; the yaw rate is as wanted."""
         x, y = wanted.vx - now.vx, wanted.vy - now.vy
-        part = min(1.0, self._accelerations[0] * CONTROL_PERIOD / max(math.hypot(x, y), 1e-9))
+        part = min(1.0, self._accelerations[0] * self.control_period / max(math.hypot(x, y), 1e-9))
         return Twist2D(now.vx + part * x, now.vy + part * y, wanted.omega)
 
 

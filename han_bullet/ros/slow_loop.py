@@ -32,8 +32,8 @@ class SlowLoop:
         """Take note of the time between two ticks [s]."""
         gap = min(max(gap, CONTROL_PERIOD), LONGEST)
         self._gaps.append(gap)
-        longest, follower = max(self._gaps), self._stack.follower
-        follower.control_period = gap
+        longest, follower, stop = max(self._gaps), self._stack.follower, self._stack.protective_stop
+        follower.control_period = stop.control_period = gap
         follower.max_speed = min(self._robot.max_speed, FARTHEST / longest)
         follower.max_yaw_rate = min(self._robot.max_yaw_rate, FARTHEST_TURN / longest)
-        self._stack.protective_stop.reaction = self._reaction + longest
+        stop.reaction = self._reaction + longest
