@@ -15,9 +15,7 @@ ROBOT = Robot(start=(0.0, 0.0, 0.0))
 @pytest.fixture
 def stack() -> Any:
     limits = {"max_speed": ROBOT.max_speed, "max_yaw_rate": ROBOT.max_yaw_rate, "control_period": CONTROL_PERIOD}
-    return SimpleNamespace(
-        follower=SimpleNamespace(**limits), protective_stop=ProtectiveStop()
-    )
+    return SimpleNamespace(follower=SimpleNamespace(**limits), protective_stop=ProtectiveStop())
 
 
 def limits(stack: Any) -> tuple[float, float, float, float]:
