@@ -8,7 +8,9 @@ import numpy as np
 
 from han_bullet.control.follower import Follower
 from han_bullet.control.protective_stop import ProtectiveStop
+from han_bullet.control.proximity import SMALLEST_GAP, ProximityLimit
 from han_bullet.control.recovery import Clearable, Recovery
+from han_bullet.costmap.body import BodyLayer
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.layers import standard_layers
@@ -155,7 +157,7 @@ def build_stack(
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
         free_space=Costmap.covering(floor, settings.resolution),
         layers=layers,
-        planner=Planner(weight=settings.astar_weight, replan_period=1.0 / settings.replan_rate),
+        planner=build_planner(world, layers),
         follower=Follower(
             radius=robot.radius,
             max_speed=robot.max_speed,
@@ -164,6 +166,7 @@ def build_stack(
             max_yaw_acceleration=robot.max_yaw_acceleration,
             tolerance=world.task.tolerance,
             control_period=CONTROL_PERIOD,
+            proximity=_proximity(world, layers),
         ),
         protective_stop=ProtectiveStop(
             radius=robot.radius,
@@ -179,6 +182,30 @@ def build_stack(
             search=world.recovery.relocalize,
         ),
         health=sensor_health(world, sees=sees, own_senses=own_senses),
+    )
+
+
+def build_planner(world: World, layers: Sequence[Layer]) -> Planner:
+    """Return the planner for a world and the layers of its costmap, of which one says how large people are."""
+    settings = world.costmap
+    radii = [layer.largest_radius for layer in layers if isinstance(layer, BodyLayer)]
+    return Planner(
+        weight=settings.astar_weight,
+        replan_period=1.0 / settings.replan_rate,
+        largest_body=max(radii, default=0.0) + settings.resolution,
+    )
+
+
+def _proximity(world: World, layers: Sequence[Layer]) -> ProximityLimit:
+    """Return how the robot slows down near people, who are as large as on the costmap, and whose rim is near enough."""
+    robot = world.robot
+    bodies = [layer for layer in layers if isinstance(layer, BodyLayer)]
+    body = bodies[0] if bodies else BodyLayer(robot_radius=robot.radius)
+    return ProximityLimit(
+        robot_radius=robot.radius,
+        max_deceleration=robot.max_acceleration,
+        body_radius=body.body_radius,
+        smallest_gap=min(SMALLEST_GAP, 0.8 * body.smallest_margin),
     )
 
 

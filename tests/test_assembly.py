@@ -1,6 +1,7 @@
 """Parameters of a world where they belong."""
 
 import numpy as np
+import pytest
 
 from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
 from han_bullet.assembly import build_localization, build_stack
@@ -38,3 +39,19 @@ def test_localization_trusts_the_wheels_as_much_as_the_world_says() -> None:
         return float(np.sqrt(estimate.covariance[0, 0]))
 
     assert spread(0.1) > 3.0 * spread(0.02)
+
+
+def test_planner_and_proximity_reckon_with_people_as_large_as_the_body_layer_makes_them() -> None:
+    world = load_world("real2")
+    robot = world.robot.model_copy(update={"radius": 0.45})
+    large = world.model_copy(update={"robot": robot, "layers": {"body": {"body_radius": 0.3, "smallest_margin": 0.05}}})
+    for one, disc, contact, gap in ((world, 0.75, 0.55, 0.08), (large, 0.95, 0.75, 0.04)):
+        stack = build_stack(
+            one,
+            localization=TrueLocalization(no_truth),
+            detector=NoDetector(),
+            tracker=TruthTracker(no_truth),
+        )
+        assert stack.planner.largest_body == pytest.approx(disc + one.costmap.resolution)
+        assert stack.follower.proximity.contact_distance == pytest.approx(contact)
+        assert stack.follower.proximity.smallest_gap == pytest.approx(gap)

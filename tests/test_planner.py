@@ -160,6 +160,15 @@ def among(*people: TrackedPerson, task: HandOver | None = None, without: Sequenc
     return costmap
 
 
+@pytest.mark.parametrize("posture", [Posture.STANDING, Posture.WALKING])  # on the goal, or in front and followed
+def test_a_disc_is_opened_that_is_as_large_as_the_planner_was_told(posture: Posture) -> None:
+    person = bystander(9.4, 0.0, posture)
+    costmap = raised(corridor(), 9.4, 0.0, 1.45, LETHAL)  # as wide as the corridor
+    assert Planner(largest_body=0.8).update(costmap, START, GOAL, 0.0, False, [person]) is None
+    path = Planner(largest_body=1.5).update(costmap, START, GOAL, 0.0, False, [person])
+    assert path is not None and 6.5 < path.points_in_world[-1, 0] < 8.0
+
+
 @pytest.mark.parametrize("beside", [0.0, 0.5, 0.9])  # on the goal, in reach of it, near it
 def test_a_goal_beside_somebody_is_approached_to_where_g_is_a_fifth(beside: float) -> None:
     person = bystander(GOAL[0], beside)
@@ -242,6 +251,7 @@ def test_a_way_is_not_free_where_it_touches_a_blocked_cell_or_leaves_the_map() -
         ({"replan_period": 0.6}, "replan_period is 0.6"),
         ({"switch_gain": -0.1}, "switch_gain is -0.1"),
         ({"weight": -1.0}, "weight is -1.0"),
+        ({"largest_body": 0.0}, "largest_body is 0.0"),
     ],
 )
 def test_wrong_settings_are_refused(keywords: dict[str, float], message: str) -> None:

@@ -15,6 +15,7 @@ from han_bullet.messages import Posture, TrackedPerson
 NO_WORSE = 1e-3  # a gap that shrinks by less has not shrunk [m]
 LEVELS = np.linspace(1.0, 0.0, 11)  # parts of a speed that are tried
 MOMENTS = 12  # of a prediction
+SMALLEST_GAP = 0.08  # between the surfaces of robot and person [m]
 
 
 class ProximityLimit:
@@ -36,7 +37,7 @@ class ProximityLimit:
         max_deceleration: float,
         body_radius: float = 0.25,
         gain: float = 1.0,
-        smallest_gap: float = 0.08,
+        smallest_gap: float = SMALLEST_GAP,
         passing_gap: float = 0.2,
         overtaking_margin: float = 0.3,
         reaction: float = 0.15,

@@ -44,6 +44,11 @@ class BodyLayer(Layer):
         self.smallest_margin = smallest_margin
         self.largest_margin = largest_margin
 
+    @property
+    def largest_radius(self) -> float:
+        """Return the radius [m] that no person's disc exceeds."""
+        return self.body_radius + self.robot_radius + self.largest_margin
+
     def radius(self, person: TrackedPerson) -> float:
         """Return the radius [m] of a person's disc."""
         (xx, xy), (_, yy) = person.covariance[:2, :2].tolist()

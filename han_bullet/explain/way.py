@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from han_bullet.assembly import build_planner
 from han_bullet.costmap.grid import Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.explain.beside import length_of, resampled, shift_between, side_of
@@ -14,7 +15,7 @@ from han_bullet.explain.explanation import LayerEffect, WayExplained
 from han_bullet.explain.replay import Replay
 from han_bullet.geometry import Array
 from han_bullet.messages import Scene
-from han_bullet.planning.planner import Planner, survey
+from han_bullet.planning.planner import survey
 
 # A way that is dearer by no more than this part is as good: ties between ways are nobody's doing.
 AS_GOOD = 1e-6
@@ -32,7 +33,8 @@ class WayReport:
         self._owners = owners
         self._stack, self._tick = replay.stack, replay.tick
         self._step = replay.run.step_at(replay.tick.truth.time)
-        self._weight = replay.run.world.costmap.astar_weight
+        self._world = replay.run.world
+        self._weight = self._world.costmap.astar_weight
         self._scene = replay.tick.decision.scene
         self._goal = replay.stack.situation.goal()
         self._costmap = replay.tick.decision.costmap
@@ -87,7 +89,7 @@ class WayReport:
         decision, start = self._tick.decision, self._tick.decision.estimate.pose_robot_in_world.position
         if self._goal is None:
             return None
-        planner = Planner(weight=self._weight)
+        planner = build_planner(self._world, self._stack.layers)
         path = planner.update(costmap, start, self._goal.position, decision.time, True, decision.people)
         return None if path is None else path.points_in_world
 

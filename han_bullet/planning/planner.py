@@ -16,7 +16,6 @@ from han_bullet.planning.astar import ESCAPE_COST, AStar
 
 JOIN = 0.5  # a kept way is given up when the robot or the goal is farther from it [m]: it was made for another place
 FOLLOW_GAP = 0.6  # between the robot's centre and the blocked cells around people that it follows [m]
-LARGEST_BODY = 0.8  # no person's disc on the costmap has a larger radius [m]
 # The largest g at which the robot comes to a stop for its task: 1.0 m from somebody who stands. To stop nearer it needs
 # a hand-over's opening, where g is 0; passing by is short, and may be nearer.
 ADMITTED = 0.2
@@ -28,20 +27,26 @@ class Planner:
     Without that commitment the noise of the tracks flips the side of passing a person two or three times a run.
     """
 
-    def __init__(self, *, weight: float = 10.0, replan_period: float = 0.25, switch_gain: float = 0.10) -> None:
+    def __init__(
+        self, *, weight: float = 10.0, replan_period: float = 0.25, switch_gain: float = 0.10, largest_body: float = 0.8
+    ) -> None:
         """Configure the planner.
 
         Args:
             weight: How much a full social cost lengthens a metre.
             replan_period: [s], at most 0.5.
             switch_gain: A new way is taken when the old one is dearer than it by more than this part.
+            largest_body: No person's disc on the costmap has a larger radius [m].
         """
         if not 0.0 < replan_period <= 0.5:
             raise BadInputError(f"planner replan_period is {replan_period!r} s; it must lie in (0, 0.5]")
         if not 0.0 <= switch_gain < math.inf:
             raise BadInputError(f"planner switch_gain is {switch_gain!r}; it must be a number >= 0")
+        if not 0.0 < largest_body < math.inf:
+            raise BadInputError(f"planner largest_body is {largest_body!r} m; it must be a positive number")
         self.replan_period = replan_period
         self.switch_gain = switch_gain
+        self.largest_body = largest_body
         self._astar = AStar(weight=weight)
         self._way: Array | None = None
         self._behind: Array | None = None
@@ -73,7 +78,7 @@ class Planner:
             The way; its first point is the robot, the others are cell centres up to the goal's cell or to where it
             stops short of it.
         """
-        opened = _with_goal_opened(costmap, goal_in_world, people)
+        opened = _with_goal_opened(costmap, goal_in_world, people, self.largest_body)
         kept = self._kept(opened, start_in_world, goal_in_world)
         due = time - self._planned_at >= self.replan_period - 1e-9
         if due or urgent or (self._way is not None and kept is None):
@@ -122,7 +127,7 @@ class Planner:
         walking = [person for person in people if person.posture is Posture.WALKING]
         if not walking or costmap.cost_at(start_in_world) >= INSCRIBED:
             return None
-        through = self._astar.search(_passable(opened, walking), start_in_world, goal_in_world)
+        through = self._astar.search(_passable(opened, walking, self.largest_body), start_in_world, goal_in_world)
         if through is None:
             return None
         blocked = costmap.cost_at(through.points_in_world) >= INSCRIBED
@@ -160,20 +165,22 @@ class Planner:
         return Path(points, cost) if free else None
 
 
-def _with_goal_opened(costmap: Costmap, goal_in_world: Array, people: Sequence[TrackedPerson]) -> Costmap:
+def _with_goal_opened(
+    costmap: Costmap, goal_in_world: Array, people: Sequence[TrackedPerson], radius: float
+) -> Costmap:
     """Return a map on which no disc of somebody who stays blocks the goal, so that the way towards it can be found."""
     if costmap.cost_at(goal_in_world) < INSCRIBED:
         return costmap
     staying = [person for person in people if person.posture is not Posture.WALKING]
-    return _passable(costmap, [p for p in staying if math.dist(p.position_in_world, goal_in_world) <= LARGEST_BODY])
+    return _passable(costmap, [p for p in staying if math.dist(p.position_in_world, goal_in_world) <= radius], radius)
 
 
-def _passable(costmap: Costmap, people: Sequence[TrackedPerson]) -> Costmap:
-    """Return a map on which the discs of some people cost SOCIAL_MAX instead of blocking; the building still blocks."""
+def _passable(costmap: Costmap, people: Sequence[TrackedPerson], radius: float) -> Costmap:
+    """Return a map on which discs up to a radius [m] of some people cost SOCIAL_MAX; the building still blocks."""
     passable = costmap.copy()
     for person in people:
-        window, x, y = costmap.centres_in_window(person.position_in_world, LARGEST_BODY)
-        near = np.hypot(x - person.position_in_world[0], y - person.position_in_world[1]) <= LARGEST_BODY
+        window, x, y = costmap.centres_in_window(person.position_in_world, radius)
+        near = np.hypot(x - person.position_in_world[0], y - person.position_in_world[1]) <= radius
         own = near & (costmap.cost[window] >= INSCRIBED) & (costmap.building[window] < INSCRIBED)
         passable.cost[window][own] = SOCIAL_MAX
     return passable
