@@ -191,7 +191,9 @@ class Stand(Part):
     """Stand where one starts."""
 
     kind: Literal["stand"] = "stand"
-    turns_to_robot: bool = Field(False, description="turn towards the robot while it carries out a hand-over")
+    turns_to_robot: bool = Field(
+        False, description="turn towards the robot that asks for a hand-over, until it is 2 m away"
+    )
 
 
 class Sit(Part):

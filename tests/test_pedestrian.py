@@ -127,6 +127,16 @@ def test_someone_asked_for_a_hand_over_turns_to_the_robot_within_its_rate() -> N
     assert person.pose_in_world.yaw == pytest.approx(math.atan2(0.5, -3.0), abs=0.02)
 
 
+def test_someone_asked_for_a_hand_over_does_not_turn_on_after_a_robot_nearer_than_two_metres() -> None:
+    person = Standing(Pose2D(0.0, 0.0, 0.0), turns_to_robot=True)
+    let_go_on(person, 4.0, pose=Pose2D(0.0, 2.1, 0.0), asks=True)
+    let_go_on(person, 4.0, pose=Pose2D(-1.5, 0.0, 0.0), asks=True, start=4.0)
+    assert person.pose_in_world.yaw == pytest.approx(math.pi / 2, abs=0.02)
+    let_go_on(person, 1.0, pose=Pose2D(-1.5, 0.0, 0.0), start=8.0)
+    let_go_on(person, 4.0, pose=Pose2D(-1.5, 0.0, 0.0), asks=True, start=9.0)  # asked anew, and by one that is near
+    assert abs(person.pose_in_world.yaw) == pytest.approx(math.pi, abs=0.02)
+
+
 def test_someone_who_was_not_told_to_turn_does_not() -> None:
     person = Standing(Pose2D(0.0, 0.0, 0.3))
     let_go_on(person, 1.0, pose=Pose2D(-2.0, 0.0, 0.0), asks=True)

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from han_bullet.episode import Tick
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, wrap_angle
 from han_bullet.messages import Status
 from han_bullet.metrics.contacts import ContactTally
 from han_bullet.metrics.tally import STILL_SPEED, Definition, Definitions, Tally, Value
@@ -18,7 +18,17 @@ from han_bullet.world_schema import CONTROL_PERIOD, GoToTask, World
 
 WINDOW = 5.0  # [s] [Francis2023]
 LEAST_PROGRESS = 0.1  # [m] in a window [Francis2023]
-OF_WORLDS_TASK = ("success", "time_to_goal", "shortest_path_length", "spl", "stalled_time", "failure_to_progress")
+AT_GOAL = 0.3  # [m]: who believes to have arrived and is farther away has not; twice the usual tolerance
+OF_WORLDS_TASK = (
+    "success",
+    "goal_distance",
+    "goal_yaw_error",
+    "time_to_goal",
+    "shortest_path_length",
+    "spl",
+    "stalled_time",
+    "failure_to_progress",
+)
 
 _GOAL = "the task's goal, of a hand-over the place where its person is expected"
 _GEODESIC = (
@@ -47,11 +57,25 @@ class TaskTally(Tally):
         ),
         "success": Definition(
             "1",
-            "whether the outcome is arrived, within the task's tolerance of the believed pose, and the robot touched "
-            "nothing: contacts_person, contacts_wall and contacts_object are 0; contacts_by_person may be any",
+            "whether the outcome is arrived, within the task's tolerance of the believed pose, the robot touched "
+            "nothing, so contacts_person, contacts_wall and contacts_object are 0 (contacts_by_person may be any), and "
+            f"goal_distance, where it has a value, is at most {AT_GOAL:g} m",
             "higher",
             "Francis2023: S, whoever hit; SEAN: Completed, within 1.2 m and whatever was hit",
             headline=True,
+        ),
+        "goal_distance": Definition(
+            "m",
+            "true distance of the robot's centre from the pose where the task leads, when it first arrived; none where "
+            "it did not, and of hand-overs, which have hand_over_distance",
+            "lower",
+            "SEAN: target distance, at the end",
+            headline=True,
+        ),
+        "goal_yaw_error": Definition(
+            "rad",
+            "absolute difference of the robot's true yaw and that of the pose, at the same moment, wrapped to [0, pi]",
+            "lower",
         ),
         "time_to_goal": Definition(
             "s",
@@ -104,7 +128,7 @@ class TaskTally(Tally):
         self._contacts = contacts
         self._statuses: list[Status] = []
         self._gave_up = self._ordered = False
-        self._rows: list[tuple[float, float, float, float]] = []  # time, x, y, speed
+        self._rows: list[tuple[float, float, float, float, float]] = []  # time, x, y, yaw, speed
 
     def record(self, tick: Tick) -> None:
         """Take note of one tick."""
@@ -112,7 +136,7 @@ class TaskTally(Tally):
         self._statuses.append(tick.decision.status)
         self._gave_up = tick.decision.gave_up is not None
         self._ordered |= bool(tick.decision.orders)
-        self._rows.append((tick.truth.time, pose.x, pose.y, tick.truth.twist_robot_in_body.speed))
+        self._rows.append((tick.truth.time, pose.x, pose.y, pose.yaw, tick.truth.twist_robot_in_body.speed))
 
     def values(self) -> dict[str, Value]:
         """Return outcome, durations and lengths."""
@@ -122,16 +146,20 @@ class TaskTally(Tally):
 
     def _values(self) -> dict[str, Value]:
         rows = np.array(self._rows)
-        time, places, speed = rows[:, 0], rows[:, 1:3], rows[:, 3]
+        time, places, speed = rows[:, 0], rows[:, 1:3], rows[:, 4]
         arrival = self._statuses.index(Status.ARRIVED) if Status.ARRIVED in self._statuses else None
         length = float(np.hypot(*np.diff(places, axis=0).T).sum())
         goal, stop_before = _goal(self._world)
         geodesic = Geodesic(static_costmap(self._world), goal)
         shortest = max(0.0, geodesic.length_from(places[0]) - stop_before)
-        success = arrival is not None and self._touched_nothing()
+        distance, yaw_error = (None, None) if arrival is None else _miss(self._world, rows[arrival, 1:4])
+        there = arrival is not None and (distance is None or distance <= AT_GOAL)
+        success = there and self._touched_nothing()
         return {
             "outcome": self._outcome(),
             "success": success,
+            "goal_distance": distance,
+            "goal_yaw_error": yaw_error,
             "time_to_goal": None if arrival is None else float(time[arrival] - time[0]),
             "path_length": length,
             "shortest_path_length": shortest,
@@ -156,6 +184,14 @@ def _goal(world: World) -> tuple[Array, float]:
     """Return where the task leads, (2,) [m], and how far before it the robot stops [m]."""
     task = world.task
     return (np.array(task.pose[:2]), 0.0) if isinstance(task, GoToTask) else (np.array(task.place), task.distance)
+
+
+def _miss(world: World, pose: Array) -> tuple[float, float] | tuple[None, None]:
+    """Return how far a pose, (3,) [m, m, rad], is from that of the world's task [m], [rad]; hand-overs have none."""
+    if not isinstance(world.task, GoToTask):
+        return None, None
+    x, y, yaw = (pose - np.array(world.task.pose)).tolist()
+    return math.hypot(x, y), abs(wrap_angle(yaw))
 
 
 def _stalled_ticks(speed: Array) -> int:

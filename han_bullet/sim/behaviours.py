@@ -14,6 +14,7 @@ from han_bullet.world_schema import Person, Sit, Stand, Walk, World
 
 WALK_TURN_RATE = 2.0  # [rad/s]; people take about a second for a right angle
 HAND_OVER_TURN_RATE = 1.5  # [rad/s]
+STILL_TURNS = 2.0  # [m]; who has been asked for a hand-over does not turn on after a robot that is nearer
 TURN_ACCELERATION = 8.0  # [rad/s^2]
 TURN_GAIN = 4.0  # [1/s]; slows the turn as it ends, slower than TURN_ACCELERATION allows, so it does not overshoot
 TIME_TO_SPEED = 0.5  # [s] from standing to walking speed and back
@@ -61,18 +62,21 @@ class Behaviour(ABC):
 
 
 class Standing(Behaviour):
-    """Stand; where asked to, turn towards the robot while it requests a hand-over."""
+    """Stand; where asked to, turn towards a robot that requests a hand-over, and wait as one stands once it is near."""
 
     def __init__(self, pose_in_world: Pose2D, *, turns_to_robot: bool = False) -> None:
         super().__init__(pose_in_world)
         self._turns_to_robot = turns_to_robot
+        self._towards_robot: float | None = None
 
     def advance(self, robot: RobotNow, dt: float) -> None:
         """Turn on."""
-        attentive = self._turns_to_robot and robot.requests_hand_over
-        here, there = self.pose_in_world, robot.pose_in_world
-        bearing = math.atan2(there.y - here.y, there.x - here.x)
-        self._face(bearing if attentive else None, HAND_OVER_TURN_RATE, dt)
+        if not (self._turns_to_robot and robot.requests_hand_over):
+            self._towards_robot = None
+        elif self._towards_robot is None or robot.pose_in_world.distance_to(self.pose_in_world.position) >= STILL_TURNS:
+            x, y = robot.pose_in_world.position - self.pose_in_world.position
+            self._towards_robot = math.atan2(y, x)
+        self._face(self._towards_robot, HAND_OVER_TURN_RATE, dt)
 
 
 class Sitting(Behaviour):
