@@ -97,6 +97,17 @@ def test_a_heading_is_held_after_a_second_of_walking_and_not_before() -> None:
     assert short.go((0.0, 0.0), 2.0)[-1] == Stance(Posture.STANDING, None, None)
 
 
+@pytest.mark.parametrize(("lasted", "remembered"), [(0.9, False), (1.1, True)])
+def test_that_second_counts_from_when_they_were_seen_to_walk(lasted: float, remembered: bool) -> None:
+    walk = Walk()
+    ticks = next(n for n in range(1, 40) if walk.go((0.0, 0.5), TICK)[-1].posture is Posture.WALKING)
+    assert ticks * TICK < 1.0
+    walk.go((0.0, 0.5), lasted)
+    stance = walk.go((0.0, 0.0), 2.0)[-1]
+    assert stance.posture is Posture.STANDING
+    assert (stance.heading is not None) is remembered
+
+
 def test_who_stands_in_a_sitting_area_sits_and_faces_as_declared() -> None:
     stance = Walk((5.3, 0.5), (COUCH,)).go((0.0, 0.0), 0.1)[-1]
     assert stance == Stance(Posture.SEATED, pytest.approx(-0.5 * math.pi), COUCH)

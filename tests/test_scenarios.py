@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,15 @@ import yaml
 from numpy.typing import NDArray
 
 from experiments import encounters, real1, real2, real3, real4, sim1, sim2
+from han_bullet import assembly, situation
 from han_bullet.camera_workers import DetectorChoice
 from han_bullet.costmap.grid import LETHAL, Costmap
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.detector import Detector
 from han_bullet.episode import Hook, Tick
 from han_bullet.errors import BadInputError, HanError
-from han_bullet.messages import Detections, Scene
+from han_bullet.geometry import Pose2D
+from han_bullet.messages import Detections, GoTo, HandOver, Scene
 from han_bullet.runner import RunOptions, RunResult, run_world
 from han_bullet.world_file import find_world, read_yaml
 
@@ -114,6 +117,8 @@ def fails_on(world: str, seed: int, without: str, folder: Path) -> set[str]:
     ("world", "without", "metric"),
     [
         ("real1", "personal_still", "minimum_distance.first"),
+        ("real2", "overtake", "overtaking_side.walker"),
+        ("sim1", "overtake", "overtaking_side.walker"),
         ("real3", "interaction", "transit_time_on.tv"),
         ("real3", "visibility", "behind_seated.viewer"),
         ("sim2", "interaction", "transit_time_on.tv"),
@@ -123,6 +128,39 @@ def test_without_its_layer_a_world_fails_on_what_the_layer_is_for(
     world: str, without: str, metric: str, tmp_path: Path
 ) -> None:
     assert metric in fails_on(world, 0, without, tmp_path)
+
+
+@pytest.mark.scenario
+def test_a_robot_that_believes_to_have_arrived_and_has_not_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(assembly, "task_of", lambda _: GoTo(Pose2D(13.5, 0.0, 2.0)))  # 1 m short, and turned
+    result = run_world("real1", RunOptions(perception="truth", video=False), tmp_path)
+    assert {check.metric for check in result.checks if not check.passed} == {"goal_distance", "goal_yaw_error"}
+    assert values(result)["success"] is False
+
+
+@pytest.mark.scenario
+@pytest.mark.parametrize("world", ["real4", "sim2"])
+def test_a_robot_that_comes_to_a_hand_over_from_the_side_fails(
+    world: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    straight = situation._hand_over_pose
+
+    def from_the_side(task: HandOver, pose: Pose2D) -> Pose2D:
+        turned = task if task.heading is None else replace(task, heading=task.heading + 0.8)
+        return straight(turned, pose)
+
+    monkeypatch.setattr(situation, "_hand_over_pose", from_the_side)
+    result = run_world(world, RunOptions(perception="truth", video=False), tmp_path)
+    assert "hand_over_bearing" in {check.metric for check in result.checks if not check.passed}
+
+
+@pytest.mark.scenario
+def test_the_viewer_whom_the_couch_hides_from_the_robot_is_known_by_the_ceiling_camera_alone(tmp_path: Path) -> None:
+    result = run_world("real3", RunOptions(cameras=("onboard",), video=False), tmp_path)
+    failed = {check.metric for check in result.checks if not check.passed}
+    assert {"transit_time_on.tv", "tracked_share.viewer"} <= failed
 
 
 @pytest.mark.scenario
