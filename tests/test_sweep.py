@@ -19,13 +19,14 @@ import pytest
 import yaml
 
 from han_bullet.cli import main
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, WorkerDiedError
 from han_bullet.provenance import git_commit, sha256
 from han_bullet.runner import RunOptions, run_world
 from han_bullet.sweep import running
 from han_bullet.sweep.plan import PlannedRun, plan_sweep
 from han_bullet.sweep.running import Onlooker, run_sweep
 from han_bullet.sweep.task import Outcome, carry_out
+from han_bullet.sweep.workers import local_workers
 from han_bullet.sweep_rows import COLUMNS, read_row, read_rows
 from han_bullet.world_file import find_world, world_files
 
@@ -238,6 +239,26 @@ def test_a_scheduler_that_does_not_answer_is_told_in_a_sentence(
     plan = plan_sweep([brief(tmp_path)], [0], ["truth"])
     with pytest.raises(BadInputError, match=r"no dask scheduler answers at 'tcp://127.0.0.1:9'"):
         run_sweep(plan, tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.scenario
+def test_a_sweep_uses_somebodys_cluster_and_goes_on_after_that_went_away(tmp_path: Path) -> None:
+    class Shutting(Counting):
+        def ended(self, row: dict[str, Any]) -> None:
+            super().ended(row)
+            theirs.shutdown()
+
+    plan, rows = plan_sweep([brief(tmp_path)], range(3), ["truth"]), tmp_path / "rows"
+    with local_workers(1) as theirs, pytest.raises(WorkerDiedError, match="the dask scheduler is gone"):
+        run_sweep(plan, tmp_path, scheduler=theirs.scheduler.address, onlooker=Shutting())
+    done = len(list(rows.glob("*.parquet")))
+    assert 1 <= done < 3
+    again = Counting()
+    with local_workers(1) as theirs:
+        found = run_sweep(plan, tmp_path, scheduler=theirs.scheduler.address, onlooker=again)
+        assert theirs.run(os.getpid)  # it is still there for its owner
+    assert [row["seed"] for row in found] == [0, 1, 2]
+    assert (len(again.kept), len(again.rows)) == (done, 3 - done)
 
 
 @pytest.mark.scenario
