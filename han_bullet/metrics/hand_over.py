@@ -34,7 +34,7 @@ class HandOverTally(Tally):
         "hand_over_bearing": Definition(
             "rad",
             "absolute direction of the robot from the person, against the person's true yaw, at that moment; 0 is "
-            "straight before them",
+            "straight before them; the opening ends at pi / 8 [Mateus2019]",
             "lower",
             headline=True,
         ),

@@ -45,7 +45,8 @@ class OvertakingTally(Tally):
             "",
             "left or right: the person's side on which the robot was when it last drew level from behind, i.e. its "
             "forward coordinate in the person's frame turned from negative to positive while the person walked faster "
-            f"than {STILL_SPEED:g} m/s within {LEVEL_WITHIN:g} m between the centres; none where it never did",
+            f"than {STILL_SPEED:g} m/s within {LEVEL_WITHIN:g} m between the centres; none where it never did; "
+            "it should be left [Mateus2019]",
             headline=True,
         ),
         "distance_when_level": Definition(

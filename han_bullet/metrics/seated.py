@@ -75,7 +75,7 @@ class TransitTally(Tally):
         "transit_time_on": Definition(
             "s",
             "time of the robot's centre in the disc whose diameter joins the centres of somebody seated and of the "
-            "device that their seat watches, while that is truly on",
+            "device that their seat watches, while that is truly on [Mateus2019]",
             "lower",
             "navmet: relation_disturbance, of the segment",
             headline=True,
