@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -154,6 +154,8 @@ class CameraBase(Part):
 class CeilingCamera(CameraBase):
     """A camera that hangs still."""
 
+    fixed: ClassVar[bool] = True
+
     kind: Literal["ceiling"] = "ceiling"
     position: Point3 = Field(description="[m]")
     look_at: Point3 = Field(description="a point in the middle of the image [m]")
@@ -162,6 +164,11 @@ class CeilingCamera(CameraBase):
     def camera_in_world(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return the pose, shape (4, 4)."""
         return look_at(np.array(self.position), np.array(self.look_at))
+
+    @property
+    def mount(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the pose in what the camera is fixed to, here the world, shape (4, 4)."""
+        return self.camera_in_world
 
     @model_validator(mode="after")
     def _looks_somewhere(self) -> CeilingCamera:
@@ -172,6 +179,8 @@ class CeilingCamera(CameraBase):
 
 class OnboardCamera(CameraBase):
     """A camera on the robot's head."""
+
+    fixed: ClassVar[bool] = False
 
     kind: Literal["onboard"] = "onboard"
     height: Positive = Field(1.2, description="above the floor [m]")
