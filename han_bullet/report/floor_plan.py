@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from han_bullet.geometry import Pose2D, SolidBox
 from han_bullet.report.charts import GREY, VERMILION
 from han_bullet.topdown import CAMERA_WEDGE, FURNITURE, FURNITURE_RIM, WALL, extent, footprint
-from han_bullet.world_schema import CeilingCamera, GoToTask, World
+from han_bullet.world_schema import CeilingCamera, World
 
 GOAL = VERMILION
 
@@ -76,7 +76,6 @@ def _draw_camera(axes: Axes, camera: CeilingCamera, named: bool) -> None:
 
 def _draw_goal(axes: Axes, world: World) -> None:
     """Draw a ring as large as the robot."""
-    task, radius = world.task, world.robot.radius
-    place = task.pose[:2] if isinstance(task, GoToTask) else task.place
+    place, radius = world.task.place, world.robot.radius
     axes.add_patch(Circle(place, radius, facecolor="none", edgecolor=GOAL, linestyle="--", linewidth=1.0, zorder=2))
     axes.plot(*place, "+", color=GOAL, markersize=5.0, zorder=2)
