@@ -1,24 +1,19 @@
-"""Annotated copies of images: boxes with their scores, written as pictures or as an H.264 video."""
+"""Annotated copies of images: boxes with their scores, and pictures as files."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from pathlib import Path
 
 import cv2
-import imageio_ffmpeg
 import numpy as np
 
 from han_bullet.atomic_file import write_at_once
 from han_bullet.detection.pictures import Image
-from han_bullet.errors import HanError
 from han_bullet.messages import Detections
 
 BOX_COLOUR, TEXT_COLOUR = (60, 200, 80), (0, 0, 0)
 FONT, FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
 LABEL_MARGIN = 3  # [px] of the label's ground around its text
-# Quick enough to keep up with the loop on a core of its own; +faststart lets a browser play it before it is all loaded.
-ENCODER = ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"]
 
 
 def annotate(image: Image, detections: Detections) -> Image:
@@ -53,46 +48,3 @@ def unused_name(folder: Path, stem: str, ending: str) -> Path:
     """Return a name for an annotated copy that is not taken yet."""
     names = (folder / f"{stem}_boxes{number}{ending}" for number in ("", *range(2, 1_000_000)))
     return next(name for name in names if not name.exists())
-
-
-class AnnotatedVideo:
-    """An H.264 video under way; whole once it is closed.
-
-    Args:
-        path: Ending in .mp4.
-        rate: Pictures per second.
-    """
-
-    def __init__(self, path: Path, rate: float) -> None:
-        self._path, self._rate = path, rate
-        self._writer: Generator[None, Image | None, None] | None = None
-
-    def write(self, picture: Image) -> None:
-        """Add an RGB picture; an odd side is lengthened by a pixel, as the format wants.
-
-        Raises:
-            HanError: The encoder has died.
-        """
-        height, width = picture.shape[:2]
-        even = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-        try:
-            if self._writer is None:
-                self._writer = imageio_ffmpeg.write_frames(
-                    str(self._path),
-                    (even.shape[1], even.shape[0]),
-                    fps=self._rate,
-                    codec="libx264",
-                    quality=None,
-                    macro_block_size=2,
-                    output_params=ENCODER,
-                )
-                self._writer.send(None)
-            self._writer.send(np.ascontiguousarray(even))
-        except OSError as error:
-            raise HanError(f"video {str(self._path)!r}: the encoder died; is the disk full?") from error
-
-    def close(self) -> None:
-        """Let the encoder finish the file."""
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None

@@ -132,7 +132,6 @@ def build_stack(
     for layer in layers:
         if not isinstance(getattr(layer, "name", None), str):
             raise BadInputError(f"layer {type(layer).__name__} has no name; a class attribute `name` would be right")
-    floor = [(area.x, area.y) for area in world.floor]
     robot, settings = world.robot, world.costmap
     task = task_of(world)
     layers = [
@@ -155,7 +154,7 @@ def build_stack(
         leg_finder=leg_finder or LaserLegs(obstacles=world.solid_boxes(), seats=world.seats()),
         tracker=tracker,
         situation=Situation(task=task, devices=devices or known_devices(world), seats=world.seats()),
-        free_space=Costmap.covering(floor, settings.resolution),
+        free_space=Costmap.covering(world.floor_intervals(), settings.resolution),
         layers=layers,
         planner=build_planner(world, layers),
         follower=Follower(

@@ -7,13 +7,10 @@ in a result. Images travel through shared memory.
 
 from __future__ import annotations
 
-import contextlib
-import signal
 from collections.abc import Sequence
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 
@@ -22,15 +19,13 @@ from han_bullet.detection.detector import Detector
 from han_bullet.detection.threads import use_one_thread
 from han_bullet.detector_choice import DetectorChoice
 from han_bullet.errors import HanError
-from han_bullet.fork_server import without_main_module, worker_context
+from han_bullet.fork_server import worker_context
 from han_bullet.messages import Frame, FrameDetections
 from han_bullet.mounted_camera import MountedCamera, camera_detector
 from han_bullet.sim.renderer import FrameSource, Image, InProcessRenderer
 from han_bullet.sim.scene_state import SceneState
-from han_bullet.worker_pipes import receive, send
-from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
-
-STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
+from han_bullet.worker_pipes import Worker, answered, serving
+from han_bullet.world_schema import Camera, World
 
 
 class CameraStation:
@@ -48,16 +43,9 @@ class CameraStation:
         use_one_thread()
         self.frames = InProcessRenderer(world, seed)
         mounted = [MountedCamera.of_world(world.camera(name)) for name in cameras]
-        self.detector = camera_detector(detector, mounted, world.seats(), world.solid_boxes())
-        fixed = [camera for camera in mounted if camera.fixed]
-        images = self.frames.calibration_images([camera.name for camera in fixed])
-        empty = [_calibration_frame(camera, image) for camera, image in zip(fixed, images, strict=True)]
-        self.detector.calibrate(empty)
-        self.detector.rehearse(empty[:1])
-
-
-def _calibration_frame(camera: MountedCamera, image: Image) -> Frame:
-    return Frame(camera.name, 0.0, image, camera.intrinsics, camera.mount, fixed=True)
+        fixed = [camera.name for camera in mounted if camera.fixed]
+        empty_scenes = dict(zip(fixed, self.frames.calibration_images(fixed), strict=True))
+        self.detector = camera_detector(detector, mounted, empty_scenes, world.seats(), world.solid_boxes())
 
 
 class CameraWorkers(FrameSource, FrameDetector):
@@ -76,9 +64,9 @@ class CameraWorkers(FrameSource, FrameDetector):
 
     def __init__(self, world: World, seed: int, cameras: Sequence[str], choice: DetectorChoice, count: int) -> None:
         self._shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
-        self._onboard = {name for name in cameras if isinstance(world.camera(name), OnboardCamera)}
+        self._onboard = {name for name in cameras if not world.camera(name).fixed}
         self._memories: dict[str, SharedMemory] = {}
-        self._workers: list[tuple[Any, Connection]] = []
+        self._workers: list[Worker] = []
         self._threshold: float | None = None
         self._found: dict[tuple[str, float], FrameDetections] = {}
         try:
@@ -113,23 +101,19 @@ class CameraWorkers(FrameSource, FrameDetector):
     @property
     def process_ids(self) -> list[int]:
         """Return the operating system's ids of the workers."""
-        return [process.pid for process, _ in self._workers]
+        return [worker.process.pid for worker in self._workers]
 
     def wait_until_ready(self) -> float:
         """Wait until every worker has loaded world and detector; return the detector's score threshold."""
         if self._threshold is None:
-            thresholds = [receive(process, connection) for process, connection in self._workers]
+            thresholds = [worker.receive() for worker in self._workers]
             self._threshold = float(thresholds[0])
         return self._threshold
 
     def close(self) -> None:
         """End the workers and free the shared memory."""
-        for process, connection in self._workers:
-            connection.close()
-            process.join(STOP_WITHIN)
-            if process.is_alive():
-                process.terminate()
-                process.join()
+        for worker in self._workers:
+            worker.stop()
         for memory in self._memories.values():
             memory.close()
             memory.unlink()
@@ -147,13 +131,8 @@ class CameraWorkers(FrameSource, FrameDetector):
         context = worker_context()
         names = {name: memory.name for name, memory in self._memories.items()}
         for index in range(count):
-            ours, theirs = context.Pipe()
-            arguments = (theirs, world, seed, cameras, choice, names)
-            process = context.Process(target=_serve, args=arguments, name=f"camera-worker-{index}", daemon=True)
-            with without_main_module():
-                process.start()
-            theirs.close()
-            self._workers.append((process, ours))
+            name = f"camera-worker-{index}"
+            self._workers.append(Worker.started(context, name, _serve, world, seed, cameras, choice, names))
 
     def _view(self, camera: str) -> Image:
         return np.ndarray(self._shapes[camera], np.uint8, self._memories[camera].buf)
@@ -166,19 +145,16 @@ class CameraWorkers(FrameSource, FrameDetector):
         """Hand each camera to the next free worker; return what was found, by camera."""
         self.wait_until_ready()
         waiting, free = list(cameras), list(self._workers)
-        busy: dict[Connection, tuple[Any, str]] = {}
+        busy: dict[Worker, str] = {}
         results: dict[str, FrameDetections] = {}
         while waiting or busy:
             while waiting and free:
-                process, connection = free.pop(0)
-                camera = waiting.pop(0)
-                send(process, connection, (camera, state))
-                busy[connection] = (process, camera)
-            ready = wait(list(busy))
-            for connection in [connection for connection in busy if connection in ready]:
-                process, camera = busy.pop(connection)
-                results[camera] = receive(process, connection)
-                free.append((process, connection))
+                worker, camera = free.pop(0), waiting.pop(0)
+                worker.send((camera, state))
+                busy[worker] = camera
+            for worker in answered(busy):
+                results[busy.pop(worker)] = worker.receive()
+                free.append(worker)
         return results
 
 
@@ -191,34 +167,27 @@ def _serve(
     memory_names: dict[str, str],
 ) -> None:
     """Answer tasks until the main process closes the connection; the body of a worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the main process, which then closes the pipe
     try:
         memories = {name: SharedMemory(memory) for name, memory in memory_names.items()}
     except FileNotFoundError:  # the main process has gone already
         return
     shapes = {name: (*reversed(world.camera(name).size), 3) for name in cameras}
     views: dict[str, Image] = {name: np.ndarray(shapes[name], np.uint8, memories[name].buf) for name in cameras}
-    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the main process has gone
-        try:
-            detector = choice.load()
-            station = CameraStation(world, seed, cameras, detector)
-            connection.send(detector.threshold)
-            while True:
-                camera, state = connection.recv()
-                connection.send(_look(station, world.camera(camera), state, views[camera]))
-        except HanError as error:
-            connection.send(error)
+    with serving(connection):
+        detector = choice.load()
+        station = CameraStation(world, seed, cameras, detector)
+        connection.send(detector.threshold)
+        while True:
+            camera, state = connection.recv()
+            connection.send(_look(station, world.camera(camera), state, views[camera]))
     views.clear()
     for memory in memories.values():
         memory.close()
 
 
-def _look(
-    station: CameraStation, camera: CeilingCamera | OnboardCamera, state: SceneState, view: Image
-) -> FrameDetections:
+def _look(station: CameraStation, camera: Camera, state: SceneState, view: Image) -> FrameDetections:
     """Render a picture and find the people in it; where the camera believes to be is not known here, nor needed."""
     view[:] = station.frames.render([camera.name], state)[0]
-    fixed = isinstance(camera, CeilingCamera)
     time = state.exposure_of(camera.name).time
-    frame = Frame(camera.name, time, view, camera.intrinsics, np.full((4, 4), np.nan), fixed)
+    frame = Frame(camera.name, time, view, camera.intrinsics, np.full((4, 4), np.nan), camera.fixed)
     return station.detector.detect([frame])[0]

@@ -47,7 +47,7 @@ def check_world(world: World, source: str) -> None:
                 f"{source}: people[{index}].start: {person.name} stands {gap:.2f} m from the robot's start; at least "
                 f"{world.robot.radius + PERSON_RADIUS:.2f} m would be right"
             )
-    start, goal = np.array(world.robot.start[:2]), _goal(world)
+    start, goal = np.array(world.robot.start[:2]), np.array(world.task.place)
     _check_free(world, source, "robot.start", start, world.robot.radius)
     field = "task.pose" if isinstance(world.task, GoToTask) else "task.place"
     _check_free(world, source, field, goal, world.robot.radius if isinstance(world.task, GoToTask) else PERSON_RADIUS)
@@ -98,15 +98,9 @@ def _check_finite(field: str, numbers: Sequence[float]) -> None:
         raise BadInputError(f"goal: {field} is {list(numbers)}; finite numbers would be right")
 
 
-def _goal(world: World) -> Array:
-    task = world.task
-    return np.array(task.pose[:2] if isinstance(task, GoToTask) else task.place)
-
-
 def _check_free(world: World, source: str, field: str, place: Array, radius: float) -> None:
     """Raise where a disc at a place leaves the floor or cuts a wall or a piece of furniture."""
-    on_floor = any(a.x[0] <= place[0] <= a.x[1] and a.y[0] <= place[1] <= a.y[1] for a in world.floor)
-    if not on_floor:
+    if not any(area.contains(place) for area in world.floor):
         raise BadInputError(f"{source}: {field}: {place.tolist()} lies on no floor area; move it onto one")
     for box in world.all_boxes():
         if box.contains(place, margin=radius):

@@ -12,7 +12,7 @@ from han_bullet.costmap.grid import INSCRIBED
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import CameraImage, Frame
 from han_bullet.static_map import static_costmap
-from han_bullet.world_schema import CeilingCamera, OnboardCamera, World
+from han_bullet.world_schema import Camera, World
 
 COVERAGE_RESOLUTION = 0.25  # [m]
 
@@ -63,13 +63,12 @@ def _floor_points(world: World) -> Array:
     return np.concatenate(pieces)
 
 
-def empty_frame(camera: CeilingCamera | OnboardCamera, pose_robot_in_world: Pose2D, time: float = 0.0) -> Frame:
+def empty_frame(camera: Camera, pose_robot_in_world: Pose2D, time: float = 0.0) -> Frame:
     """Return a frame without pixels, for what its camera can see from some pose of the robot."""
     return empty_image(camera, time).placed(pose_robot_in_world)
 
 
-def empty_image(camera: CeilingCamera | OnboardCamera, time: float = 0.0) -> CameraImage:
+def empty_image(camera: Camera, time: float = 0.0) -> CameraImage:
     """Return an image without pixels."""
-    fixed = isinstance(camera, CeilingCamera)
-    mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
-    return CameraImage(camera.name, time, np.zeros((0, 0, 3), np.uint8), camera.intrinsics, mount, fixed)
+    pixels = np.zeros((0, 0, 3), np.uint8)
+    return CameraImage(camera.name, time, pixels, camera.intrinsics, camera.mount, camera.fixed)

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
-import signal
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
-from multiprocessing.connection import Connection, wait
-from typing import Any
+from multiprocessing.connection import Connection
 
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.pictures import Image
 from han_bullet.detector_choice import DetectorChoice
 from han_bullet.errors import HanError
-from han_bullet.fork_server import without_main_module, worker_context
+from han_bullet.fork_server import worker_context
 from han_bullet.geometry import Pose2D, SolidBox
 from han_bullet.messages import CameraImage, Frame, FrameDetections, Seat
 from han_bullet.mounted_camera import MountedCamera, camera_detector
-from han_bullet.worker_pipes import receive, send
+from han_bullet.worker_pipes import Worker, answered, serving
 
 GATHER = 0.03  # [s] that a batch waits for the other cameras' images: theirs may come a little later
-STOP_WITHIN = 5.0  # [s] before a worker that does not react to the end is terminated
 IMPORTED = ("han_bullet.detection_workers", "han_bullet.detection.cnn", "numba.np.arraymath")  # once, for all workers
 
 
@@ -57,25 +53,21 @@ class DetectionWorkers(FrameDetector):
         self._waiting: deque[CameraImage] = deque()
         self._batch: tuple[CameraImage, ...] = ()
         self._found: dict[tuple[str, float], FrameDetections] = {}
-        self._busy: dict[Connection, CameraImage] = {}
-        self._processes: dict[Connection, Any] = {}
+        self._busy: dict[Worker, CameraImage] = {}
+        self._workers: list[Worker] = []
         context = worker_context(IMPORTED)
         try:
             for index in range(min(count, len(cameras))):
-                ours, theirs = context.Pipe()
-                arguments = (theirs, tuple(cameras), dict(empty_scenes), tuple(seats), tuple(obstacles), choice)
-                process = context.Process(target=_serve, args=arguments, name=f"detection-worker-{index}", daemon=True)
-                with without_main_module():
-                    process.start()
-                theirs.close()
-                self._processes[ours] = process
+                name = f"detection-worker-{index}"
+                arguments = (tuple(cameras), dict(empty_scenes), tuple(seats), tuple(obstacles), choice)
+                self._workers.append(Worker.started(context, name, _serve, *arguments))
         except BaseException:
             self.close()
             raise
 
     def wait_until_ready(self) -> float:
         """Wait until every worker has loaded its detector; return its score threshold. To be called once."""
-        return min(float(receive(process, connection)) for connection, process in self._processes.items())
+        return min(float(worker.receive()) for worker in self._workers)
 
     def offer(self, image: CameraImage) -> None:
         """Take an image; it replaces one of the same camera that nobody has looked at yet."""
@@ -85,9 +77,9 @@ class DetectionWorkers(FrameDetector):
 
     def advance(self) -> None:
         """Take what workers have found, and hand them what waits."""
-        for connection in [one for one in wait(list(self._busy), timeout=0.0) if isinstance(one, Connection)]:
-            image = self._busy.pop(connection)
-            self._found[image.camera, image.time] = receive(self._processes[connection], connection)
+        for worker in answered(self._busy, timeout=0.0):
+            image = self._busy.pop(worker)
+            self._found[image.camera, image.time] = worker.receive()
         self._hand_out()
 
     def finished(self) -> tuple[CameraImage, ...]:
@@ -112,17 +104,13 @@ class DetectionWorkers(FrameDetector):
     @property
     def process_ids(self) -> list[int]:
         """Return the operating system's ids of the workers."""
-        return [process.pid for process in self._processes.values()]
+        return [worker.process.pid for worker in self._workers]
 
     def close(self) -> None:
         """End the workers."""
-        for connection, process in self._processes.items():
-            connection.close()
-            process.join(STOP_WITHIN)
-            if process.is_alive():
-                process.terminate()
-                process.join()
-        self._processes = {}
+        for worker in self._workers:
+            worker.stop()
+        self._workers = []
 
     def __enter__(self) -> DetectionWorkers:
         return self
@@ -131,10 +119,10 @@ class DetectionWorkers(FrameDetector):
         self.close()
 
     def _hand_out(self) -> None:
-        for connection, process in self._processes.items():
-            if self._waiting and connection not in self._busy:
-                self._busy[connection] = image = self._waiting.popleft()
-                send(process, connection, image.placed(Pose2D(0.0, 0.0, 0.0)))  # where it was nobody asks here
+        for worker in self._workers:
+            if self._waiting and worker not in self._busy:
+                self._busy[worker] = image = self._waiting.popleft()
+                worker.send(image.placed(Pose2D(0.0, 0.0, 0.0)))  # where it was nobody asks here
 
 
 def _serve(
@@ -146,20 +134,9 @@ def _serve(
     choice: DetectorChoice,
 ) -> None:
     """Look at frames until the main process closes the connection; the body of a worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the keyboard stops the main process, which then closes the pipe
-    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the main process has gone
-        try:
-            chosen = choice.load()
-            detector = camera_detector(chosen, cameras, seats, obstacles)
-            empty = [
-                Frame(camera.name, 0.0, empty_scenes[camera.name], camera.intrinsics, camera.mount, fixed=True)
-                for camera in cameras
-                if camera.name in empty_scenes
-            ]
-            detector.calibrate(empty)
-            detector.rehearse(empty[:1])
-            connection.send(chosen.threshold)
-            while True:
-                connection.send(detector.detect([connection.recv()])[0])
-        except HanError as error:
-            connection.send(error)
+    with serving(connection):
+        chosen = choice.load()
+        detector = camera_detector(chosen, cameras, empty_scenes, seats, obstacles)
+        connection.send(chosen.threshold)
+        while True:
+            connection.send(detector.detect([connection.recv()])[0])

@@ -1,4 +1,9 @@
-"""The errors that han_bullet raises on purpose: one base class, so that a caller can catch them all."""
+"""The errors that han_bullet raises on purpose: one base class, so that a caller can catch them all.
+
+And the checks that constructors make of the numbers they are given.
+"""
+
+import math
 
 
 class HanError(Exception):
@@ -11,6 +16,20 @@ class BadInputError(HanError):
 
 class WorkerDiedError(HanError):
     """A camera worker process ended before its work was done; exit code 3."""
+
+
+def check_positive(what: str, **values: float) -> None:
+    """Raise BadInputError for the first parameter of something that is not a positive finite number."""
+    for name, value in values.items():
+        if not 0.0 < value < math.inf:
+            raise BadInputError(f"{what}: {name} is {value!r}; it must be a positive number")
+
+
+def check_not_negative(what: str, **values: float) -> None:
+    """Raise BadInputError for the first parameter of something that is negative or not finite."""
+    for name, value in values.items():
+        if not 0.0 <= value < math.inf:
+            raise BadInputError(f"{what}: {name} is {value!r}; it must be 0 or a positive number")
 
 
 LONGEST_QUOTE = 200  # characters

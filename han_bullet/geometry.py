@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Angle = TypeVar("Angle", float, Array)
 
 TOUCH = 1e-4  # a box that reaches no further into a cell [m] only borders on it; world files round angles
 
 
-def wrap_angle(angle: float) -> float:
-    """Return the same angle in [-pi, pi) [rad]."""
+def wrap_angle(angle: Angle) -> Angle:
+    """Return the same angle, or array of angles, in [-pi, pi) [rad]."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
@@ -126,6 +128,11 @@ def twist_between(before: Pose2D, after: Pose2D, duration: float) -> Twist2D:
 
 def _chord_to_arc(turn: float) -> float:
     return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-9 else 1.0
+
+
+def largest_deviation(covariance: Array) -> float:
+    """Return the standard deviation along the direction in which a covariance, (n, n), is largest."""
+    return math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
 
 
 def arc_lengths(polyline: Array) -> Array:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from han_bullet.detection.camera_detector import CameraDetector
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.empty_seats import seats_in_view
+from han_bullet.detection.pictures import Image
 from han_bullet.detection.scan_limits import SHORTEST_SEATED, limits_on_floor
 from han_bullet.geometry import Array, Intrinsics, SolidBox
-from han_bullet.messages import Seat
-from han_bullet.world_schema import CeilingCamera, OnboardCamera
+from han_bullet.messages import Frame, Seat
+from han_bullet.world_schema import Camera
 
 
 @dataclass(frozen=True)
@@ -31,24 +32,32 @@ class MountedCamera:
     fixed: bool
 
     @classmethod
-    def of_world(cls, camera: CeilingCamera | OnboardCamera) -> MountedCamera:
+    def of_world(cls, camera: Camera) -> MountedCamera:
         """Return a camera of a world file."""
-        fixed = isinstance(camera, CeilingCamera)
-        mount = camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
-        return cls(camera.name, camera.intrinsics, mount, fixed)
+        return cls(camera.name, camera.intrinsics, camera.mount, camera.fixed)
 
 
 def camera_detector(
-    detector: Detector, cameras: Sequence[MountedCamera], seats: Sequence[Seat], obstacles: Sequence[SolidBox]
+    detector: Detector,
+    cameras: Sequence[MountedCamera],
+    empty_scenes: Mapping[str, Image],
+    seats: Sequence[Seat],
+    obstacles: Sequence[SolidBox],
 ) -> CameraDetector:
     """Return the detector for cameras, each of which tells how high people appear to it and which seats it shows.
 
     Args:
         detector: Of single images.
         cameras: In use; the robot's have the same place over the floor wherever it drives.
+        empty_scenes: What fixed cameras see without people, by name.
         seats: Sitting areas of the map.
         obstacles: Walls and furniture.
     """
     areas = {c.name: limits_on_floor(c.intrinsics, c.mount, shortest=SHORTEST_SEATED) for c in cameras}
     in_view = {c.name: seats_in_view(seats, obstacles, c.intrinsics, c.mount) for c in cameras if c.fixed}
-    return CameraDetector(detector, areas, in_view)
+    found = CameraDetector(detector, areas, in_view)
+    known = [camera for camera in cameras if camera.name in empty_scenes]
+    empty = [Frame(c.name, 0.0, empty_scenes[c.name], c.intrinsics, c.mount, fixed=True) for c in known]
+    found.calibrate(empty)
+    found.rehearse(empty[:1])
+    return found

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from han_bullet.annotated import AnnotatedVideo, annotate, unused_name, write_picture
+from han_bullet.annotated import annotate, unused_name, write_picture
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.pictures import Image
 from han_bullet.errors import BadInputError
+from han_bullet.film import Film
 from han_bullet.image_sources import ImageSource, Video
 from han_bullet.messages import Detections
 
@@ -79,10 +80,10 @@ def _annotate_source(source: ImageSource, folder: Path, take: Callable[[str, Ima
         for name, image in _readable(source):
             write_picture(folder, source.stem, take(name, source, image))
         return
-    video: AnnotatedVideo | None = None
+    video: Film | None = None
     try:
         for name, image in _readable(source):
-            video = video or AnnotatedVideo(unused_name(folder, source.stem, ".mp4"), source.rate)
+            video = video or Film(unused_name(folder, source.stem, ".mp4"), source.rate)
             video.write(take(name, source, image))
     finally:
         if video is not None:

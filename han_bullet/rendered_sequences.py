@@ -23,7 +23,6 @@ from han_bullet.sim.renderer import FrameSource, Image, Renderer
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.silhouette import Silhouette
 from han_bullet.sim.simulator import Simulator
-from han_bullet.world_schema import CeilingCamera
 
 LEAST_HEIGHT = 110.0  # [px] of a person who counts; the smallest that the detector knows has 96
 MOST_HIDDEN = 0.3
@@ -133,8 +132,7 @@ def film(take: Take, number: int, count: int) -> Iterator[RenderedFrame]:
         count: How many frames.
     """
     source = _SilhouetteSource(Renderer(take.world, take.seed))
-    fixed = isinstance(take.camera, CeilingCamera)
-    empty = source.renderer.calibration_image(take.camera.name) if fixed else None
+    empty = source.renderer.calibration_image(take.camera.name) if take.camera.fixed else None
     with closing(source.renderer), Simulator(take.world, renderer=source) as simulator:
         observation = simulator.reset()
         while count:

@@ -295,13 +295,14 @@ class NavigationStack:
 
         A robot that is lost knows neither where its own camera looks nor which of those whom others see is itself.
         """
-        frames = [image.placed(self._trail.pose_at(image.time)) for image in observation.images]
+        poses = [self._trail.pose_at(image.time) for image in observation.images]
+        frames = [image.placed(pose) for image, pose in zip(observation.images, poses, strict=True)]
         detections = self.detector.detect(frames)
         health = self.health.update(observation, estimate, detections)
         self._fixed |= {frame.camera: frame for frame in frames if frame.fixed}
         scans = (
-            self.projection.project(frame, found, self._trail.pose_at(frame.time))
-            for frame, found, usable in zip(frames, detections, health.usable, strict=True)
+            self.projection.project(frame, found, pose)
+            for frame, pose, found, usable in zip(frames, poses, detections, health.usable, strict=True)
             if usable and not estimate.lost
         )
         return tuple(detections), tuple(scans), health

@@ -12,7 +12,7 @@ from han_bullet.world_schema import Laser, World
 
 def static_costmap(world: World) -> Costmap:
     """Return the map with walls, furniture and inflation only."""
-    costmap = Costmap.covering([(area.x, area.y) for area in world.floor], world.costmap.resolution)
+    costmap = Costmap.covering(world.floor_intervals(), world.costmap.resolution)
     for layer in standard_layers(
         world.lasting_boxes(),
         robot_radius=world.robot.radius,
@@ -28,6 +28,5 @@ def static_costmap(world: World) -> Costmap:
 def building_map(world: World) -> OccupancyGrid:
     """Return the robot's map: what its scanner, or one at the usual height, sees of the building it knows."""
     laser = world.robot.laser or Laser()
-    floor = [(area.x, area.y) for area in world.floor]
     boxes = with_doors(world.solid_boxes(), world.floor)
-    return OccupancyGrid.of_building(floor, boxes, scan_height=laser.height)
+    return OccupancyGrid.of_building(world.floor_intervals(), boxes, scan_height=laser.height)

@@ -137,14 +137,11 @@ class TopDownView:
 
     def _draw_camera(self, picture: Picture, camera: CeilingCamera) -> None:
         """Draw a ceiling camera as a wedge as wide as its horizontal field of view, its name at the wedge's side."""
-        place, target = np.array(camera.position[:2]), np.array(camera.look_at[:2])
-        view = Pose2D(place[0], place[1], math.atan2(target[1] - place[1], target[0] - place[0]))
-        half = 0.5 * camera.intrinsics.width / camera.intrinsics.fx
-        wedge = self.pixels(view.to_world(CAMERA_WEDGE * np.array([[0.0, 0.0], [1.0, -half], [1.0, half]])))
+        wedge = self.pixels(camera_wedge(camera, CAMERA_WEDGE))
         drawing.line(picture, wedge, CAMERA, 1, closed=True)
-        drawing.disc(picture, self.pixels(place), 5.0, CAMERA)
+        drawing.disc(picture, wedge[0], 5.0, CAMERA)
         middle, (right, low) = wedge.mean(axis=0), wedge.max(axis=0)
-        along_corridor = abs(math.cos(view.yaw)) > abs(math.sin(view.yaw))
+        along_corridor = abs(camera.look_at[0] - camera.position[0]) > abs(camera.look_at[1] - camera.position[1])
         spot = (middle[0], low + 12.0) if along_corridor else (right + 8.0, middle[1])
         anchor: Anchor = "centre" if along_corridor else "left"
         self._lettering.write(picture, camera.name, spot, SMALL_SIZE, CAMERA, anchor=anchor, halo=PALE)
@@ -246,6 +243,20 @@ def footprint(box: SolidBox) -> Array:
     """Return the corners of a box on the floor, shape (4, 2) [m]."""
     corners = 0.5 * box.size[:2] * np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     return Pose2D(box.centre_in_world[0], box.centre_in_world[1], box.yaw).to_world(corners)
+
+
+def plan_colours(box: SolidBox, world: World) -> tuple[Colour, Colour]:
+    """Return the colours of a box and of its rim in a plan, where devices are as dark as walls."""
+    is_dark = box.kind == "wall" or box.name in {device.name for device in world.devices}
+    return (WALL, WALL) if is_dark else (FURNITURE, FURNITURE_RIM)
+
+
+def camera_wedge(camera: CeilingCamera, length: float) -> Array:
+    """Return the camera's place and the ends, so far ahead [m], of its horizontal field of view, shape (3, 2) [m]."""
+    (x, y), target = camera.position[:2], camera.look_at
+    half = 0.5 * camera.intrinsics.width / camera.intrinsics.fx
+    view = Pose2D(x, y, math.atan2(target[1] - y, target[0] - x))
+    return view.to_world(length * np.array([[0.0, 0.0], [1.0, -half], [1.0, half]]))
 
 
 def extent(world: World) -> tuple[Array, Array]:

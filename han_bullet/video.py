@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from pathlib import Path
 
-import imageio_ffmpeg
 import numpy as np
 
-from han_bullet.annotated import ENCODER
 from han_bullet.episode import Hook, Tick
-from han_bullet.errors import HanError
+from han_bullet.film import Film
 from han_bullet.geometry import Array
 from han_bullet.lettering import Lettering, Picture
 from han_bullet.panels import CameraStrip, TitleBar, draw_legend
@@ -32,7 +29,6 @@ class VideoRecorder(Hook):
     """
 
     def __init__(self, path: Path, world: World, *, show_cameras: bool = True) -> None:
-        self._path = path
         cameras = world.cameras if show_cameras else ()
         self._ticks_per_picture = min((c.ticks_per_frame for c in cameras), default=TICKS_WITHOUT_CAMERAS)
         heights = (TITLE_HEIGHT, MAP_HEIGHT, LEGEND_HEIGHT, CAMERA_HEIGHT if cameras else 0)
@@ -46,7 +42,7 @@ class VideoRecorder(Hook):
         self._strip = CameraStrip(names, strip_rows, lettering) if names else None
         self._measurements: list[Array] = []
         self._ticks = 0
-        self._writer: Generator[None, Picture | None, None] | None = None
+        self._film = Film(path, rate=1.0 / (self._ticks_per_picture * CONTROL_PERIOD))
 
     def record(self, tick: Tick) -> None:
         """Take in a tick, and draw it where a picture is due.
@@ -59,7 +55,7 @@ class VideoRecorder(Hook):
             self._strip.record(tick)
         self._measurements += [scan.positions for scan in tick.decision.scans]
         if self._ticks % self._ticks_per_picture == 0:
-            self._write(self.draw(tick))
+            self._film.write(self.draw(tick))
             self._measurements.clear()
         self._ticks += 1
 
@@ -71,27 +67,4 @@ class VideoRecorder(Hook):
 
     def close(self) -> None:
         """Let the encoder finish the file."""
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None
-
-    def _write(self, picture: Picture) -> None:
-        if self._writer is None:
-            self._writer = self._open()
-            self._writer.send(None)
-        try:
-            self._writer.send(picture)
-        except OSError as error:
-            raise HanError(f"video {str(self._path)!r}: the encoder died; is the disk full?") from error
-
-    def _open(self) -> Generator[None, Picture | None, None]:
-        """Start the encoder."""
-        writer: Generator[None, Picture | None, None] = imageio_ffmpeg.write_frames(
-            str(self._path),
-            (WIDTH, len(self._picture)),
-            fps=1.0 / (self._ticks_per_picture * CONTROL_PERIOD),
-            codec="libx264",
-            quality=None,
-            output_params=ENCODER,
-        )
-        return writer
+        self._film.close()

@@ -43,7 +43,7 @@ class WallFace:
         for s, s_end in itertools.pairwise(edges.tolist()):
             samples = np.linspace(s + 0.02, s_end - 0.02, 5)
             before = self.corner + samples[:, None] * self.along + IN_FRONT * normal
-            if not any(_on_floor(point, floor) for point in before):
+            if not any(area.contains(before).any() for area in floor):
                 continue
             if stretches and stretches[-1][1] == s:
                 s = stretches.pop()[0]
@@ -99,7 +99,3 @@ def _doors(face: WallFace, floor: Sequence[FloorArea]) -> list[Stretch]:
 
 def _within(place: float, doors: Sequence[Stretch]) -> bool:
     return any(start < place < end for start, end in doors)
-
-
-def _on_floor(point: Array, floor: Sequence[FloorArea]) -> bool:
-    return any(area.x[0] <= point[0] <= area.x[1] and area.y[0] <= point[1] <= area.y[1] for area in floor)

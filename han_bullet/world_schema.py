@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Intrinsics, Pose2D, SolidBox, camera_on_robot, look_at
+from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, camera_on_robot, look_at
 from han_bullet.messages import Seat
 
 PHYSICS_PERIOD = 1.0 / 240.0  # [s]
@@ -48,6 +49,12 @@ class FloorArea(Part):
         if self.x[0] >= self.x[1] or self.y[0] >= self.y[1]:
             raise ValueError(f"floor area is empty: x {list(self.x)}, y {list(self.y)}; write [smaller, larger]")
         return self
+
+    def contains(self, points_in_world: Array, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Tell which points, shape (..., 2) [m], lie on the area grown by a margin [m]."""
+        lower, upper = np.array([self.x, self.y]).T
+        inside = (points_in_world >= lower - margin) & (points_in_world <= upper + margin)
+        return np.asarray(inside.all(axis=-1), np.bool_)
 
 
 class Wall(Part):
@@ -154,14 +161,21 @@ class CameraBase(Part):
 class CeilingCamera(CameraBase):
     """A camera that hangs still."""
 
+    fixed: ClassVar[bool] = True
+
     kind: Literal["ceiling"] = "ceiling"
     position: Point3 = Field(description="[m]")
     look_at: Point3 = Field(description="a point in the middle of the image [m]")
 
     @property
-    def camera_in_world(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def camera_in_world(self) -> Array:
         """Return the pose, shape (4, 4)."""
         return look_at(np.array(self.position), np.array(self.look_at))
+
+    @property
+    def mount(self) -> Array:
+        """Return the pose in what the camera is fixed to, here the world, shape (4, 4)."""
+        return self.camera_in_world
 
     @model_validator(mode="after")
     def _looks_somewhere(self) -> CeilingCamera:
@@ -173,13 +187,15 @@ class CeilingCamera(CameraBase):
 class OnboardCamera(CameraBase):
     """A camera on the robot's head."""
 
+    fixed: ClassVar[bool] = False
+
     kind: Literal["onboard"] = "onboard"
     height: Positive = Field(1.2, description="above the floor [m]")
     forward: Finite = Field(0.25, description="ahead of the robot's centre [m]")
     pitch_down: Annotated[float, Field(ge=-1.2, le=1.2)] = Field(0.05, description="[rad]")
 
     @property
-    def mount(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def mount(self) -> Array:
         """Return the pose in the robot's body, shape (4, 4)."""
         return camera_on_robot(Pose2D(0.0, 0.0, 0.0), self.forward, self.height, self.pitch_down)
 
@@ -293,6 +309,11 @@ class GoToTask(Part):
     kind: Literal["go_to"] = "go_to"
     pose: Point3 = Field(description="x, y [m], yaw [rad]")
     tolerance: tuple[Positive, Positive] = Field((0.15, 0.2), description="[m], [rad]")
+
+    @property
+    def place(self) -> Point2:
+        """Return where the pose is [m]."""
+        return self.pose[:2]
 
 
 class HandOverTask(Part):
@@ -504,6 +525,10 @@ class World(Part):
         on_robot = [LASER, WHEELS, *(camera.name for camera in self.cameras if isinstance(camera, OnboardCamera))]
         if fault.starts.when == "robot_near" and fault.target in on_robot:
             raise ValueError(f"faults: {fault.target!r} is on the robot, which is always near; another start is right")
+
+    def floor_intervals(self) -> list[tuple[Interval, Interval]]:
+        """Return the x and y intervals of every floor area [m]."""
+        return [(area.x, area.y) for area in self.floor]
 
     def solid_boxes(self) -> tuple[SolidBox, ...]:
         """Return every wall, piece of furniture and device of the robot's map as a box."""

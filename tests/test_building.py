@@ -14,5 +14,15 @@ def test_a_place_is_on_the_floor_if_it_is_on_any_piece_or_just_beside_one() -> N
     assert on_floor([CORRIDOR, ROOM], places).tolist() == [True, True, False, True, True, False]
 
 
+def test_a_floor_area_ends_with_its_edge_and_takes_single_points_and_arrays_of_any_shape() -> None:
+    assert CORRIDOR.contains(np.array([16.0, -1.5]))
+    assert not CORRIDOR.contains(np.array([16.0, -1.51]))
+    assert CORRIDOR.contains(np.array([16.0, -1.51]), margin=0.02)
+    assert CORRIDOR.contains(np.array([[[0.0, 0.0], [-0.1, 0.0]], [[8.0, 1.6], [8.0, 1.5]]])).tolist() == [
+        [True, False],
+        [False, True],
+    ]
+
+
 def test_without_a_floor_plan_people_may_be_everywhere() -> None:
     assert on_floor([], np.array([[99.0, -99.0]])).tolist() == [True]

@@ -9,7 +9,7 @@ from han_bullet.detection.cnn import Classifier
 from han_bullet.detection.detector import Detector
 from han_bullet.detection.empty_seats import SeatInView
 from han_bullet.detection.loading import load_detector
-from han_bullet.detection.still_scene import _cell_means, may_hold
+from han_bullet.detection.still_scene import Changes, _cell_means
 from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D, project
 from han_bullet.messages import Detections, Frame, Posture
@@ -62,7 +62,7 @@ def test_a_fixed_camera_with_an_empty_scene_names_the_seats_that_it_shows_to_be_
 
 def test_seats_are_seen_to_be_empty_in_a_frame_in_which_nobody_is_looked_for():
     found = CameraDetector(detector(), seats={"a": [SeatInView("couch", np.array([[52.0, 60.0, 40.0, 110.0]]))]})
-    assert not may_hold(np.zeros((60, 80), bool), found.detector.smallest_area)
+    assert not Changes(np.zeros((60, 80), bool)).may_hold(found.detector.smallest_area)
     found.calibrate([frame()])
     assert found.detect([frame()])[0].empty_seats == ("couch",)
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
-from han_bullet.annotated import AnnotatedVideo
 from han_bullet.cli import main
 from han_bullet.detection.pedestrian_detector import PedestrianDetector
+from han_bullet.film import Film
 from han_bullet.messages import Detections
 
 
@@ -38,7 +38,7 @@ class FakeCamera:
 
 
 def write_video(path: Path, frames: int) -> None:
-    video = AnnotatedVideo(path, 25.0)
+    video = Film(path, 25.0)
     for _ in range(frames):
         video.write(np.full((120, 160, 3), 90, np.uint8))
     video.close()

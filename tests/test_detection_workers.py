@@ -85,8 +85,7 @@ def test_what_workers_find_is_what_a_detector_in_this_process_finds(
     frames = [one.placed(Pose2D(0.0, 0.0, 0.0)) for one in finished(workers)]
     assert [frame.camera for frame in frames] == list(CAMERAS)
     found = workers.detect(frames)
-    detector = camera_detector(CHOICE.load(), cameras, world.seats(), world.solid_boxes())
-    detector.calibrate([image(c, empty[c.name], 0.0).placed(Pose2D(0.0, 0.0, 0.0)) for c in cameras])
+    detector = camera_detector(CHOICE.load(), cameras, empty, world.seats(), world.solid_boxes())
     assert len(found[0].boxes) >= 1
     for ours, theirs in zip(found, detector.detect(frames), strict=True):
         np.testing.assert_array_equal(ours.boxes, theirs.boxes)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from han_bullet.detection.empty_seats import LARGEST_CHANGED_PART, SeatInView, seats_in_view
-from han_bullet.detection.still_scene import StillScene, changed_part
+from han_bullet.detection.still_scene import StillScene
 from han_bullet.geometry import Array, Intrinsics, Pose2D, SolidBox, look_at
 from han_bullet.messages import Posture, Seat
 from han_bullet.sim.gait import BodyPose, Gait
@@ -92,7 +92,7 @@ class LivingRoom:
         shown = self.body(corridor, Posture.STANDING) if body is None else body
         state = SceneState(0.0, self.frames, RobotPosture(robot or corridor), (shown,), (("tv", self.frames % 2 > 0),))
         changes = self.scene.changes(self.renderer.render("camera4", state))
-        part = float(changed_part(changes, self.couch.boxes).max())
+        part = float(changes.part_of(self.couch.boxes).max())
         assert self.couch.is_empty(changes) is (part <= LARGEST_CHANGED_PART)
         return part
 

@@ -99,7 +99,7 @@ def test_a_wider_robot_hides_more(radius: float, seen: bool) -> None:
 
 @pytest.mark.parametrize("radius", [0.0, -0.3, math.nan])
 def test_a_robot_without_a_radius_is_refused(radius: float) -> None:
-    with pytest.raises(BadInputError, match=f"robot_radius is {radius} m"):
+    with pytest.raises(BadInputError, match=f"robot_radius is {radius};"):
         FieldOfView(robot_radius=radius)
 
 

@@ -14,6 +14,7 @@ from han_bullet.geometry import (
     camera_on_robot,
     feet_on,
     floor_homography,
+    largest_deviation,
     look_at,
     points_at,
     project,
@@ -30,6 +31,18 @@ def test_a_wrapped_angle_lies_in_its_range_and_points_the_same_way(value: float)
     assert -math.pi <= wrapped < math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(value), abs=1e-9)
     assert math.sin(wrapped) == pytest.approx(math.sin(value), abs=1e-9)
+
+
+def test_an_array_of_angles_is_wrapped_as_each_of_them_is() -> None:
+    angles = np.array([[-4.0, 0.3], [math.pi, 9.0]])
+    assert wrap_angle(angles).tolist() == [[wrap_angle(float(value)) for value in row] for row in angles]
+
+
+@given(angle)
+def test_the_largest_deviation_of_a_covariance_is_that_along_its_longer_axis(direction: float) -> None:
+    c, s = math.cos(direction), math.sin(direction)
+    turn = np.array([[c, -s], [s, c]])
+    assert largest_deviation(turn @ np.diag([0.2**2, 0.5**2]) @ turn.T) == pytest.approx(0.5)
 
 
 @given(coordinate, coordinate, angle, coordinate, coordinate)

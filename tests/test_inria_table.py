@@ -196,6 +196,11 @@ def test_an_unknown_model_and_missing_data_are_bad_input(data: Path, fresh: str,
         load_test_photographs(tmp_path / "..")
 
 
+def test_detectors_of_one_stage_load_no_classifier() -> None:
+    (stages,) = load_stages(["hog"], "cnn_nowhere")
+    assert (stages.kind, stages.classifier) == ("HOG", None)
+
+
 @pytest.mark.data
 def test_the_toolbox_s_model_can_be_evaluated_by_its_path(data_folder: Path, data: Path) -> None:
     rows = table(data, str(data_folder / "models" / "AcfInriaDetector.mat"))

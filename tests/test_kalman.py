@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
+from han_bullet.errors import BadInputError
 from han_bullet.tracking.kalman import (
     ACCELERATION_DEVIATION,
     ACCELERATION_INTERVAL,
@@ -151,3 +152,10 @@ def test_heights_are_forgotten_with_time() -> None:
     later = MOTION.predict(known, HEIGHT_TIME)
     assert later.mean[4] == pytest.approx(0.08 / math.e)
     assert math.sqrt(later.covariance[4, 4]) == pytest.approx(HEIGHT_DEVIATION * math.sqrt(1.0 - math.exp(-2.0)))
+
+
+@pytest.mark.parametrize("name", ["acceleration_deviation", "initial_speed_deviation"])
+@pytest.mark.parametrize("value", [0.0, -0.3, math.inf, math.nan])
+def test_a_deviation_that_is_no_positive_number_is_refused(name: str, value: float) -> None:
+    with pytest.raises(BadInputError, match=f"motion model: {name} is {value}; it must be a positive number"):
+        ConstantVelocity(**{name: value})

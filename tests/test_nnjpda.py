@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_sums import one_by_one
 
+from han_bullet.errors import BadInputError
 from han_bullet.tracking.association import (
     Association,
     Gating,
@@ -158,3 +159,18 @@ def test_without_tracks_or_measurements_there_are_no_pairs() -> None:
     for association in (NNJPDA, NearestNeighbour(), GlobalNearestNeighbour()):
         assert association.assign(scene([], [(0, 0)])) == ()
         assert association.assign(scene([(0, 0)], [])) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("clutter_density", 0.0),
+        ("detection_probability", 0.0),
+        ("detection_probability", 1.01),
+        ("clutter_density", -1.0),
+    ],
+)
+def test_a_density_or_probability_that_has_no_weight_is_refused(name: str, value: float) -> None:
+    for association in (Nnjpda, NearestNeighbour, GlobalNearestNeighbour):
+        with pytest.raises(BadInputError, match=f"association: {name} is {value}; it must be"):
+            association(**{name: value})

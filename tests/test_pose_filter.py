@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.localization.odometry_model import OdometryModel
 from han_bullet.localization.pose_filter import PoseFilter
@@ -72,3 +73,10 @@ def test_drawn_steps_scatter_as_the_model_says() -> None:
     assert drawn.mean(axis=0) == pytest.approx([1.0, 0.0, 0.5], abs=0.002)
     expected = np.sqrt(model.variances(Pose2D(1.0, 0.0, 0.5)) + np.array([0.02**2, 0.0, 0.0]))
     assert drawn.std(axis=0) == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.parametrize("name", ["slip", "position_per_way", "yaw_per_way", "yaw_per_turn"])
+@pytest.mark.parametrize("value", [-0.01, math.nan])
+def test_odometry_cannot_be_wrong_by_less_than_nothing(name: str, value: float) -> None:
+    with pytest.raises(BadInputError, match=f"odometry model: {name} is {value}; it must be 0 or a positive number"):
+        OdometryModel(**{name: value})

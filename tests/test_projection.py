@@ -210,5 +210,5 @@ def test_no_boxes_give_an_empty_scan_of_the_right_shapes() -> None:
 
 @pytest.mark.parametrize("radius", [0.0, -0.3, math.nan])
 def test_a_robot_without_a_radius_is_refused(radius: float) -> None:
-    with pytest.raises(BadInputError, match=f"robot_radius is {radius} m"):
+    with pytest.raises(BadInputError, match=f"robot_radius is {radius};"):
         GroundProjection(robot_radius=radius)

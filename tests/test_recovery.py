@@ -1,5 +1,6 @@
 """A robot that cannot go on: which steps it takes in which order, what ends them, and why it gives up."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -7,6 +8,7 @@ from itertools import groupby
 import pytest
 
 from han_bullet.control.recovery import Clearable, Recovery
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Pose2D
 from han_bullet.messages import PoseEstimate, RecoveryStep, Status
 
@@ -83,6 +85,13 @@ def test_steps_of_no_time_are_left_out() -> None:
     answers = [recovery.update(PoseEstimate(t, Pose2D(0.0, 0.0, 0.0)), Status.WAITING) for t in (0.0, 9.95, 10.0)]
     assert answers[:2] == [(Status.WAITING, WAIT, None)] * 2
     assert answers[2] == (Status.BLOCKED, GIVE_UP, "no free way to the goal for 10 s; waited")
+
+
+@pytest.mark.parametrize(("name", "step"), [("wait", "wait"), ("ask", "ask"), ("search", "relocalize")])
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+def test_a_step_of_a_time_that_cannot_be_is_refused(name: str, step: str, value: float) -> None:
+    with pytest.raises(BadInputError, match=f"recovery step {step}: limit is {value}; it must be 0 or a positive"):
+        Recovery(relocalize=lambda: None, **{name: value})
 
 
 @pytest.mark.parametrize("status", [Status.MOVING, Status.YIELDING])

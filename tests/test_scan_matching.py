@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from simulated_laser import CORRIDOR, CORRIDOR_FLOOR, FLOOR, NOBODY, ROOM, Laser, block, legs
 
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Array, Pose2D, SolidBox, rotation
 from han_bullet.localization.beams import Beams
 from han_bullet.localization.likelihood_field import LikelihoodField
@@ -84,3 +85,9 @@ def test_the_corner_where_walls_end_draws_a_pose_back_but_does_not_tell_it_to_ce
     pose, covariance = robot.match(Pose2D(9.6, 0.0, 0.0), np.diag([0.4, 0.2, 0.1]) ** 2, seen(walls, true))
     assert 8.8 < pose.x < 9.35
     assert math.sqrt(covariance[0, 0]) > 0.2
+
+
+@pytest.mark.parametrize("name", ["deviation", "outlier", "independent"])
+def test_a_matcher_refuses_what_is_no_positive_number(name: str) -> None:
+    with pytest.raises(BadInputError, match=f"scan matcher: {name} is 0.0; it must be a positive number"):
+        ScanMatcher(matcher(CORRIDOR, CORRIDOR_FLOOR).field, **{name: 0.0})

@@ -9,10 +9,8 @@ from hypothesis import strategies as st
 from han_bullet.detection.still_scene import (
     CHANGED_LEVEL,
     LEAST_CHANGED_PART,
-    ChangedArea,
+    Changes,
     StillScene,
-    changed_part,
-    may_hold,
 )
 from han_bullet.errors import BadInputError
 
@@ -41,7 +39,7 @@ def test_box_on_an_unchanged_scene_is_dropped_under_noise_of_6_grey_levels_in_bo
     scene = StillScene(noisy(room(), 6.0, 2), np.zeros((0, 4)))
     for seed in range(3, 13):
         changes = scene.changes(noisy(room(), 6.0, seed))
-        assert changed_part(changes, BOX)[0] < 0.01
+        assert changes.part_of(BOX)[0] < 0.01
         assert not scene.keep(changes, BOX)[0]
 
 
@@ -55,14 +53,14 @@ def test_cells_are_compared_by_the_area_means_that_opencv_gives(seed: int, more_
     before, after = (cv2.resize(one[whole], shape, interpolation=cv2.INTER_AREA) for one in (empty, image))
     expected = cv2.absdiff(before, after).max(axis=2) > CHANGED_LEVEL
     assert 0 < np.count_nonzero(expected) < expected.size
-    assert np.array_equal(StillScene(empty, np.zeros((0, 4))).changes(image), expected)
+    assert np.array_equal(StillScene(empty, np.zeros((0, 4))).changes(image).cells, expected)
 
 
 def test_person_is_kept_where_nothing_was_and_where_the_empty_scene_has_a_mistake():
     image = with_body(noisy(room(), 6.0, 3), (40, 40, 90))
     for mistakes in (np.zeros((0, 4)), BOX, BOX + np.array([4.0, 6.0, 2.0, 5.0])):
         scene = StillScene(noisy(room(), 6.0, 2), mistakes)
-        assert 0.3 < changed_part(scene.changes(image), BOX)[0] < 0.5
+        assert 0.3 < scene.changes(image).part_of(BOX)[0] < 0.5
         assert scene.keep(scene.changes(image), BOX)[0]
 
 
@@ -70,7 +68,7 @@ def test_mistake_of_the_empty_scene_stays_masked_when_a_passer_by_covers_its_edg
     image = with_body(room(), (40, 40, 90), slice(92, 106))
     fresh, repeated = StillScene(room(), np.zeros((0, 4))), StillScene(room(), BOX)
     changes = fresh.changes(image)
-    assert LEAST_CHANGED_PART < changed_part(changes, BOX)[0] < 0.2
+    assert LEAST_CHANGED_PART < changes.part_of(BOX)[0] < 0.2
     assert fresh.keep(changes, BOX)[0]
     assert not repeated.keep(changes, BOX)[0]
 
@@ -85,8 +83,8 @@ def test_clothes_count_as_changed_in_any_one_colour():
 
 def test_frame_without_enough_change_for_the_smallest_box_holds_no_person():
     scene = StillScene(noisy(room(), 6.0, 2), np.zeros((0, 4)))
-    assert not may_hold(scene.changes(noisy(room(), 6.0, 3)), 4100.0)
-    assert may_hold(scene.changes(with_body(noisy(room(), 6.0, 3), (40, 40, 90))), 4100.0)
+    assert not scene.changes(noisy(room(), 6.0, 3)).may_hold(4100.0)
+    assert scene.changes(with_body(noisy(room(), 6.0, 3), (40, 40, 90))).may_hold(4100.0)
 
 
 @given(st.integers(0, 300), st.integers(0, 220), st.integers(1, 60), st.integers(1, 60), st.integers(100, 140))
@@ -97,26 +95,25 @@ def test_a_frame_that_may_hold_nothing_has_no_box_to_keep(x, y, width, height, b
     corners = [(float(u), float(v)) for u in range(0, 260, 20) for v in range(0, 130, 20)]
     boxes = np.array([(u, v, 0.41 * box_height, box_height) for u, v in corners])
     changes = scene.changes(image)
-    if not may_hold(changes, 0.41 * 100.0**2):
+    if not changes.may_hold(0.41 * 100.0**2):
         assert not scene.keep(changes, boxes).any()
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(60.0, 200.0), st.floats(0.0, 0.4))
 def test_the_area_of_change_allows_the_boxes_that_are_kept_where_the_empty_scene_has_no_mistakes(seed, height, share):
     rng = np.random.default_rng(seed)
-    changes = rng.random((60, 80)) < share * rng.random((60, 1))
+    changes = Changes(rng.random((60, 80)) < share * rng.random((60, 1)))
     x, y = np.linspace(-30.0, 330.0, 23) + rng.random(), np.linspace(-20.0, 250.0, 19) + rng.random()
     boxes = np.array([(u, v, 0.41 * height, height) for v in y for u in x])
     kept = StillScene(room(), np.zeros((0, 4))).keep(changes, boxes)
-    area = ChangedArea(changes)
-    assert np.array_equal(area.windows(x, y, 0.41 * height, height).ravel(), kept)
-    assert np.array_equal(area.allow_boxes(boxes), kept)
+    assert np.array_equal(changes.windows(x, y, 0.41 * height, height).ravel(), kept)
+    assert np.array_equal(changes.allow_boxes(boxes), kept)
 
 
 def test_part_of_a_box_beyond_the_image_counts_as_unchanged():
     scene = StillScene(room(120), np.zeros((0, 4)))
     boxes = np.array([[-20.0, 40.0, 40.0, 100.0], [40.0, 40.0, 40.0, 100.0], [400.0, 40.0, 40.0, 100.0]])
-    np.testing.assert_allclose(changed_part(scene.changes(room(200)), boxes), [0.5, 1.0, 0.0])
+    np.testing.assert_allclose(scene.changes(room(200)).part_of(boxes), [0.5, 1.0, 0.0])
 
 
 def test_image_of_another_size_is_refused_with_both_sizes():
@@ -130,5 +127,5 @@ def test_no_boxes_give_no_answers():
 
 
 def test_a_box_without_area_has_nothing_changed_in_it() -> None:
-    area = ChangedArea(np.ones((120, 160), bool))
-    assert not area.windows(np.array([10.0]), np.array([10.0]), 0.0, 50.0).any()
+    changes = Changes(np.ones((120, 160), bool))
+    assert not changes.windows(np.array([10.0]), np.array([10.0]), 0.0, 50.0).any()

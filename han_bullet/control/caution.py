@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from han_bullet.control.way import Way
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, largest_deviation
 from han_bullet.messages import Path, TrackedPerson
 
 WELL_KNOWN = 0.4  # standard deviation of a place up to which it is known well [m]: an arm's length
@@ -32,6 +32,6 @@ def speed_factor_among(people: Sequence[TrackedPerson], path: Path | None) -> fl
 
 def _may_be_near(person: TrackedPerson, points: Array) -> bool:
     """Tell whether somebody is not known well, and within a standard deviation of being near points, (n, 2) [m]."""
-    spread = float(np.sqrt(np.linalg.eigvalsh(person.covariance[:2, :2])[-1]))
+    spread = largest_deviation(person.covariance[:2, :2])
     distance = np.linalg.norm(points - person.position_in_world, axis=1).min()
     return spread > WELL_KNOWN and bool(distance < NEAR + spread)

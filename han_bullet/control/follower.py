@@ -10,7 +10,7 @@ import numpy as np
 from han_bullet.control.proximity import ProximityLimit
 from han_bullet.control.way import Way
 from han_bullet.costmap.grid import INSCRIBED, Costmap
-from han_bullet.errors import BadInputError
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D, Twist2D, rotation, wrap_angle
 from han_bullet.messages import Path, PoseEstimate, Status, TrackedPerson
 from han_bullet.world_schema import CONTROL_PERIOD
@@ -51,9 +51,11 @@ class Follower:
             control_period: Between two calls [s].
             proximity: How to slow down near people; None takes the defaults.
         """
-        _check_positive(radius=radius, max_speed=max_speed, max_acceleration=max_acceleration)
-        _check_positive(max_yaw_rate=max_yaw_rate, max_yaw_acceleration=max_yaw_acceleration)
-        _check_positive(tolerance_position=tolerance[0], tolerance_yaw=tolerance[1], control_period=control_period)
+        check_positive("follower", radius=radius, max_speed=max_speed, max_acceleration=max_acceleration)
+        check_positive("follower", max_yaw_rate=max_yaw_rate, max_yaw_acceleration=max_yaw_acceleration)
+        check_positive(
+            "follower", tolerance_position=tolerance[0], tolerance_yaw=tolerance[1], control_period=control_period
+        )
         self.max_speed = max_speed
         self.max_acceleration = max_acceleration
         self.max_yaw_rate = max_yaw_rate
@@ -210,12 +212,6 @@ def _ending_at(goal_in_world: Array, points: Array, resolution: float) -> Array:
     if np.abs(points[-1] - goal_in_world).max() > resolution:
         return points
     return np.vstack([points[:-1] if len(points) > 1 else points, goal_in_world])
-
-
-def _check_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not 0.0 < value < math.inf:
-            raise BadInputError(f"follower {name} is {value!r}; it must be a positive number")
 
 
 def _leads_out(costmap: Costmap, start_in_world: Array, end_in_world: Array) -> bool:

@@ -64,6 +64,9 @@ class Recovery:
             clear: For a way after that [s].
             ask: People to make way [s].
             search: For the robot on the map [s].
+
+        Raises:
+            BadInputError: A time is negative or not finite.
         """
         self._obstacles = tuple(obstacles)
         self._stuck = StepLadder(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from han_bullet.errors import check_not_negative
 from han_bullet.messages import RecoveryStep
 
 
@@ -25,6 +26,10 @@ class Rung:
     step: RecoveryStep
     limit: float
     begin: Callable[[], None] = _nothing
+
+    def __post_init__(self) -> None:
+        """Raise BadInputError for a time that is negative or not finite."""
+        check_not_negative(f"recovery step {self.step.name.lower()}", limit=self.limit)
 
 
 class StepLadder:

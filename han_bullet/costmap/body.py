@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from han_bullet.costmap.grid import LETHAL, Costmap
-from han_bullet.costmap.layer import Layer, check_positive
+from han_bullet.costmap.layer import Layer
 from han_bullet.costmap.shapes import raise_disc
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, check_positive
 from han_bullet.messages import Scene, TrackedPerson
 
 
@@ -32,8 +32,8 @@ class BodyLayer(Layer):
             smallest_margin: Least value of two deviations of the track [m], for what moves while the robot brakes.
             largest_margin: Most [m], so that a vague track leaves a 3 m corridor passable.
         """
-        check_positive(self.name, robot_radius=robot_radius, body_radius=body_radius)
-        check_positive(self.name, smallest_margin=smallest_margin, largest_margin=largest_margin)
+        check_positive(f"layer {self.name}", robot_radius=robot_radius, body_radius=body_radius)
+        check_positive(f"layer {self.name}", smallest_margin=smallest_margin, largest_margin=largest_margin)
         if smallest_margin > largest_margin:
             raise BadInputError(
                 f"layer body: smallest_margin is {smallest_margin!r} m; it must be at most largest_margin, "

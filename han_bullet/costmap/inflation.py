@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from han_bullet.costmap.grid import FREE, INSCRIBED, LETHAL, SOCIAL_MAX, Costmap, Costs
-from han_bullet.costmap.layer import Layer, check_positive
-from han_bullet.errors import BadInputError
+from han_bullet.costmap.layer import Layer
+from han_bullet.errors import BadInputError, check_positive
 from han_bullet.geometry import Array
 from han_bullet.messages import Scene
 
@@ -33,8 +33,8 @@ class InflationLayer(Layer):
             inflation_radius: Where the cost ends [m]; at least the robot's radius.
             cost_scaling_factor: Decay [1/m].
         """
-        check_positive(self.name, robot_radius=robot_radius, inflation_radius=inflation_radius)
-        check_positive(self.name, cost_scaling_factor=cost_scaling_factor)
+        check_positive(f"layer {self.name}", robot_radius=robot_radius, inflation_radius=inflation_radius)
+        check_positive(f"layer {self.name}", cost_scaling_factor=cost_scaling_factor)
         if inflation_radius < robot_radius:
             raise BadInputError(
                 f"layer inflation: inflation_radius is {inflation_radius!r} m; it must be at least the robot's radius, "

@@ -25,13 +25,6 @@ class Layer(ABC):
         """Raise the map's costs for what is in the scene; a layer never lowers one."""
 
 
-def check_positive(layer: str, **values: float) -> None:
-    """Raise BadInputError for the first parameter of a layer that is not a positive finite number."""
-    for name, value in values.items():
-        if not 0.0 < value < math.inf:
-            raise BadInputError(f"layer {layer}: {name} is {value!r}; it must be a positive number")
-
-
 def check_amplitude(layer: str, amplitude: float) -> None:
     """Raise BadInputError unless a layer's amplitude, what it is multiplied with, lies in [0, 1]."""
     if not 0.0 <= amplitude <= 1.0:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from han_bullet.costmap.grid import FREE, LETHAL, Costmap, Costs
 from han_bullet.costmap.inflation import distance_to_obstacles
-from han_bullet.costmap.layer import Layer, check_positive, seat_of
+from han_bullet.costmap.layer import Layer, seat_of
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D
 from han_bullet.messages import LaserScan, Scene, TrackedPerson
 
@@ -53,8 +54,8 @@ class ObstacleLayer(Layer):
             raytrace_range: Up to which rays clear [m].
             person_radius: What is nearer to a track belongs to the person [m]: body, legs and the track's error.
         """
-        check_positive(self.name, robot_radius=robot_radius, obstacle_range=obstacle_range)
-        check_positive(self.name, raytrace_range=raytrace_range, person_radius=person_radius)
+        check_positive(f"layer {self.name}", robot_radius=robot_radius, obstacle_range=obstacle_range)
+        check_positive(f"layer {self.name}", raytrace_range=raytrace_range, person_radius=person_radius)
         self.robot_radius = robot_radius
         self.obstacle_range = obstacle_range
         self.raytrace_range = raytrace_range

@@ -8,8 +8,9 @@ import numba
 import numpy as np
 
 from han_bullet.costmap.grid import SOCIAL_MAX, Costmap, Costs
-from han_bullet.costmap.layer import Layer, check_amplitude, check_positive, walking_direction
+from han_bullet.costmap.layer import Layer, check_amplitude, walking_direction
 from han_bullet.costmap.shapes import ENOUGH, REACH
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, wrap_angle
 from han_bullet.messages import Posture, Scene, TrackedPerson
 
@@ -42,7 +43,7 @@ class OncomingLayer(Layer):
             side: Standard deviation across their way and at its ends [m]; that of the least personal space of a walker.
             amplitude: What the Gaussian is multiplied with, in [0, 1].
         """
-        check_positive(self.name, robot_speed=robot_speed, horizon=horizon, side=side)
+        check_positive(f"layer {self.name}", robot_speed=robot_speed, horizon=horizon, side=side)
         check_amplitude(self.name, amplitude)
         self.robot_speed = robot_speed
         self.horizon = horizon

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from han_bullet.costmap.grid import Costmap
-from han_bullet.costmap.layer import Layer, check_amplitude, check_positive, walking_direction
+from han_bullet.costmap.layer import Layer, check_amplitude, walking_direction
 from han_bullet.costmap.shapes import raise_asym_gauss
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, check_positive
 from han_bullet.messages import Posture, Scene
 
 
@@ -39,7 +39,7 @@ class OvertakeLayer(Layer):
         """
         if pass_side not in ("left", "right"):
             raise BadInputError(f"layer overtake: pass_side is {pass_side!r}; it must be 'left' or 'right'")
-        check_positive(self.name, reach=reach, along=along, open_side=open_side)
+        check_positive(f"layer {self.name}", reach=reach, along=along, open_side=open_side)
         check_amplitude(self.name, amplitude)
         self.pass_side = pass_side
         self.reach = reach

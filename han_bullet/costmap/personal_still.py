@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from han_bullet.costmap.grid import Costmap, social_cost
-from han_bullet.costmap.layer import Layer, check_amplitude, check_positive
+from han_bullet.costmap.layer import Layer, check_amplitude
 from han_bullet.costmap.shapes import REACH, raise_asym_gauss
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array
 from han_bullet.messages import HandOver, Posture, Scene, TrackedPerson
 
@@ -34,7 +35,9 @@ class PersonalStillLayer(Layer):
             opening_from: Distance from the person at which the sector begins [m].
             amplitude: What the Gaussian is multiplied with, in [0, 1].
         """
-        check_positive(self.name, deviation=deviation, opening_angle=opening_angle, opening_from=opening_from)
+        check_positive(
+            f"layer {self.name}", deviation=deviation, opening_angle=opening_angle, opening_from=opening_from
+        )
         check_amplitude(self.name, amplitude)
         self.deviation = deviation
         self.opening_angle = opening_angle

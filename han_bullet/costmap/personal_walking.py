@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from han_bullet.costmap.grid import Costmap
-from han_bullet.costmap.layer import Layer, check_amplitude, check_positive, walking_direction
+from han_bullet.costmap.layer import Layer, check_amplitude, walking_direction
 from han_bullet.costmap.shapes import raise_asym_gauss
+from han_bullet.errors import check_positive
 from han_bullet.messages import Posture, Scene
 
 
@@ -24,7 +25,7 @@ class PersonalWalkingLayer(Layer):
             rear: Deviation behind, as a part of B.
             amplitude: What the Gaussian is multiplied with, in [0, 1].
         """
-        check_positive(self.name, smallest=smallest, side=side, rear=rear)
+        check_positive(f"layer {self.name}", smallest=smallest, side=side, rear=rear)
         check_amplitude(self.name, amplitude)
         self.smallest = smallest
         self.side = side

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from han_bullet.costmap.grid import FREE, LETHAL, Costmap, Costs
-from han_bullet.costmap.layer import Layer, check_positive
+from han_bullet.costmap.layer import Layer
+from han_bullet.errors import check_positive
 from han_bullet.geometry import SolidBox
 from han_bullet.messages import Scene
 
@@ -24,7 +25,7 @@ class StaticLayer(Layer):
             boxes: Walls, furniture, devices.
             robot_height: A box whose lower side is above it is no obstacle [m]; the camera is at 1.2.
         """
-        check_positive(self.name, robot_height=robot_height)
+        check_positive(f"layer {self.name}", robot_height=robot_height)
         self.boxes = tuple(box for box in boxes if box.centre_in_world[2] - 0.5 * box.size[2] < robot_height)
         self._drawn: Costs | None = None
         self._drawn_on: tuple[float, ...] = ()

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from han_bullet.costmap.grid import Costmap
-from han_bullet.costmap.layer import Layer, check_amplitude, check_positive, seat_of
+from han_bullet.costmap.layer import Layer, check_amplitude, seat_of
 from han_bullet.costmap.shapes import raise_asym_gauss
+from han_bullet.errors import check_positive
 from han_bullet.messages import Posture, Scene, TrackedPerson
 
 
@@ -17,7 +18,7 @@ class VisibilityLayer(Layer):
 
     def __init__(self, *, behind: float = 1.2, side: float = 0.8, front: float = 0.006, amplitude: float = 1.0) -> None:
         """Configure the standard deviations [m] behind, beside and before the person, and a factor in [0, 1]."""
-        check_positive(self.name, behind=behind, side=side, front=front)
+        check_positive(f"layer {self.name}", behind=behind, side=side, front=front)
         check_amplitude(self.name, amplitude)
         self.behind = behind
         self.side = side

@@ -13,7 +13,7 @@ from han_bullet.detection.detector import Detector
 from han_bullet.detection.empty_seats import SeatInView
 from han_bullet.detection.image_health import image_health
 from han_bullet.detection.search_area import Both, SearchArea
-from han_bullet.detection.still_scene import Cells, ChangedArea, StillScene, may_hold
+from han_bullet.detection.still_scene import Changes, StillScene
 from han_bullet.errors import BadInputError
 from han_bullet.messages import Detections, Frame, FrameDetections
 
@@ -80,12 +80,11 @@ class CameraDetector(FrameDetector):
         found = self._find(frame, scene, changes)
         return found.at(frame.camera, frame.time, image_health(frame.image, scene.shift(frame.image, changes)))
 
-    def _find(self, frame: Frame, scene: StillScene, changes: Cells) -> Detections:
+    def _find(self, frame: Frame, scene: StillScene, changes: Changes) -> Detections:
         area = self._areas.get(frame.camera)
         empty = tuple(seat.name for seat in self._seats.get(frame.camera, ()) if seat.is_empty(changes))
-        if not may_hold(changes, self.detector.smallest_area):
+        if not changes.may_hold(self.detector.smallest_area):
             return replace(Detections.none(), empty_seats=empty)
-        changed = ChangedArea(changes)
-        proposals = self.detector.propose(frame.image, changed if area is None else Both(area, changed))
+        proposals = self.detector.propose(frame.image, changes if area is None else Both(area, changes))
         found = self.detector.decide(frame.image, proposals.select(scene.keep(changes, proposals.boxes)))
         return replace(found, feet=scene.feet(frame.image, found.boxes), empty_seats=empty)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.detection.still_scene import Cells, changed_part
+from han_bullet.detection.still_scene import Changes
 from han_bullet.geometry import Array, Intrinsics, SolidBox, project, rotation, wrap_angle
 from han_bullet.messages import Seat
 
@@ -47,9 +47,9 @@ class SeatInView:
     name: str
     boxes: Array
 
-    def is_empty(self, changes: Cells) -> bool:
+    def is_empty(self, changes: Changes) -> bool:
         """Tell whether nobody sits there nor hides it in an image that differs so from the empty scene."""
-        return bool(changed_part(changes, self.boxes).max() <= LARGEST_CHANGED_PART)
+        return bool(changes.part_of(self.boxes).max() <= LARGEST_CHANGED_PART)
 
 
 def seats_in_view(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from han_bullet.detection.acf import AcfDetector, load_acf_model
@@ -50,13 +51,13 @@ def load_stages(models: Sequence[str], classifier: str) -> list[Stages]:
     Raises:
         BadInputError: One of them cannot be used.
     """
-    second = load_classifier(classifier)
+    second = functools.cache(functools.partial(load_classifier, classifier))  # none of one stage needs it
     names = [model_name(model) for model in models]
     shown = [model if names.count(name) > 1 else name for model, name in zip(models, names, strict=True)]
     return [_stages(model, name, second) for model, name in zip(models, shown, strict=True)]
 
 
-def _stages(name_or_path: str, name: str, classifier: Classifier) -> Stages:
+def _stages(name_or_path: str, name: str, classifier: Callable[[], Classifier]) -> Stages:
     if is_hog(name_or_path):
         return Stages("HOG", "OpenCV", load_detector(HOG, LEAST_HOG_SCORE).detect)
     if is_network(name_or_path):
@@ -64,4 +65,4 @@ def _stages(name_or_path: str, name: str, classifier: Classifier) -> Stages:
         return Stages("network", name, network.detect)
     model = load_acf_model(name_or_path)
     threshold = model.score_threshold if math.isfinite(model.score_threshold) else None
-    return Stages("ACF", name, AcfDetector(model).detect, threshold, classifier)
+    return Stages("ACF", name, AcfDetector(model).detect, threshold, classifier())

@@ -53,8 +53,8 @@ class StillScene:
         self._image = image.copy()  # a caller may draw the next frame into theirs
         self._cells = _cell_means(image)
 
-    def changes(self, image: Image) -> Cells:
-        """Return which cells of an image differ from the empty scene, shape (height // CELL, width // CELL).
+    def changes(self, image: Image) -> Changes:
+        """Return what of an image differs from the empty scene.
 
         Raises:
             BadInputError: The image is not as large as that of the calibration.
@@ -62,19 +62,18 @@ class StillScene:
         if image.shape != self._image.shape:
             raise BadInputError(f"image is {image.shape}, but the camera was calibrated with {self._image.shape}")
         red, green, blue = np.moveaxis(cv2.absdiff(_cell_means(image), self._cells), 2, 0)
-        changed: Cells = np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL
-        return changed
+        return Changes(np.maximum(np.maximum(red, green), blue) > CHANGED_LEVEL)
 
-    def shift(self, image: Image, changes: Cells) -> tuple[float, float]:
+    def shift(self, image: Image, changes: Changes) -> tuple[float, float]:
         """Return how far the scene has moved in an image with these changes, right and down [px]; see `scene_shift`."""
-        if changes.mean() < LEAST_MOVED_PART:  # nearly every image: people alone
+        if changes.cells.mean() < LEAST_MOVED_PART:  # nearly every image: people alone
             return 0.0, 0.0
         right, down = scene_shift(self._cells, _cell_means(image))
         return CELL * right, CELL * down
 
-    def keep(self, changes: Cells, boxes: Array) -> NDArray[np.bool_]:
+    def keep(self, changes: Changes, boxes: Array) -> NDArray[np.bool_]:
         """Tell which boxes, shape (n, 4) [px], of the image with these changes may hold a person; shape (n,)."""
-        part = changed_part(changes, boxes)
+        part = changes.part_of(boxes)
         repeated = intersection_over_union(boxes, self.boxes).max(axis=1, initial=0.0) >= SAME_PLACE_OVERLAP
         return part >= np.where(repeated, LEAST_CHANGED_PART_OF_REPEATED, LEAST_CHANGED_PART)
 
@@ -83,22 +82,43 @@ class StillScene:
         return foot_rows(image, self._image, boxes)
 
 
-class ChangedArea(SearchArea):
-    """Where enough differs from an empty scene for a box to hold a person: what `StillScene.keep` asks of all boxes."""
+class Changes(SearchArea):
+    """Which cells of an image differ from an empty scene; where that is enough for `StillScene.keep` is to be searched.
 
-    def __init__(self, changes: Cells) -> None:
-        """Take which cells of an image differ."""
-        self._counts: NDArray[np.int32] = cv2.integral(changes.astype(np.uint8))  # type: ignore[assignment]
+    Attributes:
+        cells: A truth value of each.
+    """
+
+    def __init__(self, cells: Cells) -> None:
+        self.cells = cells
+        self._counts: NDArray[np.int32] = cv2.integral(cells.astype(np.uint8))  # type: ignore[assignment]
 
     def windows(self, x: Array, y: Array, width: float, height: float) -> Windows:
         """Tell which boxes of one size may hold a person; see `SearchArea`."""
         changed: Windows = _changed_windows(self._counts, x, y, width, height)
         return changed
 
+    def may_hold(self, smallest_area: float) -> bool:
+        """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
+        return bool(self._counts[-1, -1] * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
+
+    def part_of(self, boxes: Array) -> Array:
+        """Return the part of each box, shape (n, 4) [px], whose pixels differ from the empty scene; shape (n,).
+
+        A box that reaches over the image's edge counts as unchanged out there.
+        """
+        counts = self._counts
+        x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T.copy()
+        left, right = (_nearest(x, counts.shape[1]) for x in (x0, x0 + width))
+        top, bottom = (_nearest(y, counts.shape[0]) for y in (y0, y0 + height))
+        count = counts[bottom, right] - counts[top, right] - counts[bottom, left] + counts[top, left]
+        part: Array = count * CELL**2 / (width * height)
+        return part
+
 
 @numba.njit(cache=True)
 def _changed_windows(counts: NDArray[np.int32], x: Array, y: Array, width: float, height: float) -> Windows:
-    """Do for all boxes of a grid what `changed_part` does for a few; a box without area holds nobody."""
+    """Do for all boxes of a grid what `Changes.part_of` does for a few; a box without area holds nobody."""
     changed = np.zeros((y.size, x.size), np.bool_)
     if not width * height > 0.0:
         return changed
@@ -110,25 +130,6 @@ def _changed_windows(counts: NDArray[np.int32], x: Array, y: Array, width: float
             count = lower[right[column]] - upper[right[column]] - lower[left[column]] + upper[left[column]]
             changed[row, column] = count * CELL**2 / (width * height) >= LEAST_CHANGED_PART
     return changed
-
-
-def may_hold(changes: Cells, smallest_area: float) -> bool:
-    """Tell whether enough has changed for `keep` to keep any box of at least an area [px^2]; exact, and cheap."""
-    return bool(changes.sum() * CELL**2 >= LEAST_CHANGED_PART * smallest_area)
-
-
-def changed_part(changes: Cells, boxes: Array) -> Array:
-    """Return the part of each box, shape (n, 4) [px], whose pixels differ from the empty scene; shape (n,).
-
-    A box that reaches over the image's edge counts as unchanged out there.
-    """
-    integral = cv2.integral(changes.astype(np.uint8))
-    x0, y0, width, height = np.asarray(boxes, float).reshape(-1, 4).T.copy()
-    left, right = (_nearest(x, integral.shape[1]) for x in (x0, x0 + width))
-    top, bottom = (_nearest(y, integral.shape[0]) for y in (y0, y0 + height))
-    count = integral[bottom, right] - integral[top, right] - integral[bottom, left] + integral[top, left]
-    part: Array = count * CELL**2 / (width * height)
-    return part
 
 
 @numba.njit(cache=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 
 import numpy as np
 
-from han_bullet.geometry import Array, Pose2D
+from han_bullet.geometry import Array, Pose2D, largest_deviation
 from han_bullet.localization.beams import Beams
 from han_bullet.localization.global_search import GlobalSearch
 from han_bullet.localization.health import Health
@@ -69,7 +68,7 @@ class LidarLocalization(Localization):
         if scan is not None and scanner is not None:
             self._look(scan.time, Beams.of_scan(scan, scanner))
         believed = self._search or self._tracked
-        unsure = math.sqrt(float(np.linalg.eigvalsh(believed.covariance[:2, :2])[-1])) > UNSURE
+        unsure = largest_deviation(believed.covariance[:2, :2]) > UNSURE
         return PoseEstimate(odometry.time, believed.pose, believed.covariance + MAP_ERROR, self._lost or unsure)
 
     def relocalize(self) -> None:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from han_bullet.geometry import Array, Pose2D
+from han_bullet.geometry import Array, Pose2D, wrap_angle
 from han_bullet.localization.beams import Beams
 from han_bullet.localization.likelihood_field import LikelihoodField
 from han_bullet.localization.occupancy_grid import FREE, OccupancyGrid
@@ -92,6 +92,6 @@ class MonteCarlo:
         """Return the covariance of all samples, shape (3, 3); of yaw about the mean direction."""
         mean = math.atan2(self.weights @ np.sin(self.poses[:, 2]), self.weights @ np.cos(self.poses[:, 2]))
         off = self.poses - [*(self.weights @ self.poses[:, :2]), mean]
-        off[:, 2] = np.mod(off[:, 2] + math.pi, 2.0 * math.pi) - math.pi
+        off[:, 2] = wrap_angle(off[:, 2])
         spread: Array = (off * self.weights[:, None]).T @ off
         return spread

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from han_bullet.errors import check_not_negative
 from han_bullet.geometry import Array, Pose2D
 
 
@@ -25,6 +26,10 @@ class OdometryModel:
     position_per_way: float = 0.005
     yaw_per_way: float = math.radians(1.0)
     yaw_per_turn: float = math.radians(1.5)
+
+    def __post_init__(self) -> None:
+        """Raise BadInputError for a deviation that is negative or not finite."""
+        check_not_negative("odometry model", **vars(self))
 
     def variances(self, step: Pose2D) -> Array:
         """Return the variances of x, y and yaw that a step in the body frame adds besides the slip, shape (3,)."""

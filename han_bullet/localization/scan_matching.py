@@ -7,6 +7,7 @@ import math
 import numba
 import numpy as np
 
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D, wrap_angle
 from han_bullet.localization.beams import Beams
 from han_bullet.localization.likelihood_field import LikelihoodField
@@ -41,7 +42,11 @@ class ScanMatcher:
             outlier: Weight of beams that hit none.
             independent: Share of the beams that tell something of their own: neighbours share the map's errors, and so
                 do scans that follow each other.
+
+        Raises:
+            BadInputError: A number is not positive.
         """
+        check_positive("scan matcher", deviation=deviation, outlier=outlier, independent=independent)
         self.field = field
         self.deviation = deviation
         self.outlier = outlier

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-import numpy as np
-
 from han_bullet.episode import Tick
 from han_bullet.geometry import wrap_angle
-from han_bullet.metrics.tally import Definition, Definitions, Tally, Value
+from han_bullet.metrics.tally import Definition, Definitions, Tally, Value, root_mean_square
 from han_bullet.world_schema import CONTROL_PERIOD
 
 
@@ -58,8 +56,8 @@ class LocalizationTally(Tally):
         if not self._offsets:
             return dict.fromkeys(self.definitions)
         return {
-            "robot_position_rmse": float(np.sqrt(np.mean(np.square(self._offsets)))),
+            "robot_position_rmse": root_mean_square(self._offsets),
             "robot_position_error_max": max(self._offsets),
-            "robot_yaw_rmse": float(np.sqrt(np.mean(np.square(self._turns)))),
+            "robot_yaw_rmse": root_mean_square(self._turns),
             "lost_time": self._lost_ticks * CONTROL_PERIOD,
         }

@@ -95,7 +95,7 @@ class MotionTally(Tally):
             *_mean_and_max(velocity),
             *_mean_and_max(acceleration),
             *_mean_and_max(jerk),
-            float(np.abs(_wrapped(np.diff(yaw))).sum()),
+            float(np.abs(wrap_angle(np.diff(yaw))).sum()),
             path_irregularity(rows[:, 1:3]),
         )
         return dict(zip(self.definitions, values, strict=True))
@@ -111,7 +111,7 @@ def path_irregularity(places: Array) -> float | None:
         return None
     chords = np.diff(ends, axis=0)
     directions = np.arctan2(chords[:, 1], chords[:, 0])
-    turned = float(np.abs(_wrapped(np.diff(directions))).sum())
+    turned = float(np.abs(wrap_angle(np.diff(directions))).sum())
     needed = abs(wrap_angle(float(directions[-1] - directions[0])))
     return max(0.0, turned - needed) / float(np.hypot(*chords.T).sum())
 
@@ -120,9 +120,3 @@ def _mean_and_max(vectors: Array) -> tuple[float, float]:
     """Return the mean and largest norm of vectors, shape (n, 2); 0 of none."""
     norms = np.hypot(vectors[:, 0], vectors[:, 1])
     return (float(norms.mean()), float(norms.max())) if len(norms) else (0.0, 0.0)
-
-
-def _wrapped(angles: Array) -> Array:
-    """Return angles, any shape, in [-pi, pi) [rad]."""
-    wrapped: Array = (angles + math.pi) % (2.0 * math.pi) - math.pi
-    return wrapped

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
+
+import numpy as np
 
 from han_bullet.episode import Tick
 from han_bullet.messages import TruePerson
@@ -66,6 +68,11 @@ class Tally(ABC):
     @abstractmethod
     def values(self) -> dict[str, Value]:
         """Return what has been counted so far, by metric name."""
+
+
+def root_mean_square(errors: Sequence[float]) -> float | None:
+    """Return the root mean square of errors; None of none."""
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else None
 
 
 def person_walks(person: TruePerson) -> bool:

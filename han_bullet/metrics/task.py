@@ -149,8 +149,9 @@ class TaskTally(Tally):
         time, places, speed = rows[:, 0], rows[:, 1:3], rows[:, 4]
         arrival = self._statuses.index(Status.ARRIVED) if Status.ARRIVED in self._statuses else None
         length = float(np.hypot(*np.diff(places, axis=0).T).sum())
-        goal, stop_before = _goal(self._world)
-        geodesic = Geodesic(static_costmap(self._world), goal)
+        task = self._world.task
+        stop_before = 0.0 if isinstance(task, GoToTask) else task.distance
+        geodesic = Geodesic(static_costmap(self._world), np.array(task.place))
         shortest = max(0.0, geodesic.length_from(places[0]) - stop_before)
         distance, yaw_error = (None, None) if arrival is None else _miss(self._world, rows[arrival, 1:4])
         there = arrival is not None and (distance is None or distance <= AT_GOAL)
@@ -178,12 +179,6 @@ class TaskTally(Tally):
         if self._statuses[-1] is Status.BLOCKED:
             return "blocked"
         return "lost" if self._gave_up else "timeout"
-
-
-def _goal(world: World) -> tuple[Array, float]:
-    """Return where the task leads, (2,) [m], and how far before it the robot stops [m]."""
-    task = world.task
-    return (np.array(task.pose[:2]), 0.0) if isinstance(task, GoToTask) else (np.array(task.place), task.distance)
 
 
 def _miss(world: World, pose: Array) -> tuple[float, float] | tuple[None, None]:

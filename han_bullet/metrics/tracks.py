@@ -13,7 +13,15 @@ import numpy as np
 from han_bullet.geometry import wrap_angle
 from han_bullet.metrics.perceived import CUT_OFF, MATCH_WITHIN, MATCHED, ORDER, Perceived, ospa_of_distances
 from han_bullet.metrics.perception_part import IdSwitches, PerceptionPart
-from han_bullet.metrics.tally import STILL_SPEED, TIME_SLACK, Definition, Definitions, Value, person_walks
+from han_bullet.metrics.tally import (
+    STILL_SPEED,
+    TIME_SLACK,
+    Definition,
+    Definitions,
+    Value,
+    person_walks,
+    root_mean_square,
+)
 from han_bullet.world_schema import CONTROL_PERIOD
 
 STEADY_AFTER = 1.0  # [s] of a confirmed track's life; its velocity has settled by then
@@ -62,13 +70,9 @@ class TrackErrors(PerceptionPart):
     def values(self) -> dict[str, Value]:
         """Return the two errors."""
         return {
-            "person_position_rmse": _root_mean_square(self._position_errors),
-            "heading_error_rmse": _root_mean_square(self._heading_errors),
+            "person_position_rmse": root_mean_square(self._position_errors),
+            "heading_error_rmse": root_mean_square(self._heading_errors),
         }
-
-
-def _root_mean_square(errors: Sequence[float]) -> float | None:
-    return float(np.sqrt(np.mean(np.square(errors)))) if errors else None
 
 
 @dataclass

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from han_bullet.geometry import Pose2D, SolidBox
+from han_bullet.geometry import SolidBox
 from han_bullet.report.charts import GREY, VERMILION
-from han_bullet.topdown import CAMERA_WEDGE, FURNITURE, FURNITURE_RIM, WALL, extent, footprint
-from han_bullet.world_schema import CeilingCamera, GoToTask, World
+from han_bullet.topdown import CAMERA_WEDGE, camera_wedge, extent, footprint, plan_colours
+from han_bullet.world_schema import CeilingCamera, World
 
 GOAL = VERMILION
 
@@ -28,13 +25,9 @@ def draw_floor_plan(axes: Axes, world: World, *, cameras: bool = True, names: bo
     for area in world.floor:
         corner, size = (area.x[0], area.y[0]), (area.x[1] - area.x[0], area.y[1] - area.y[0])
         axes.add_patch(Rectangle(corner, *size, color="#fbfbf8", zorder=0, linewidth=0))
-    devices = {device.name for device in world.devices}
     for box in world.all_boxes():
-        colour = WALL if box.kind == "wall" or box.name in devices else FURNITURE
-        rim = WALL if box.kind == "wall" or box.name in devices else FURNITURE_RIM
-        axes.add_patch(
-            Polygon(footprint(box), facecolor=_share(colour), edgecolor=_share(rim), linewidth=0.5, zorder=1)
-        )
+        fill, rim = map(_share, plan_colours(box, world))
+        axes.add_patch(Polygon(footprint(box), facecolor=fill, edgecolor=rim, linewidth=0.5, zorder=1))
         if names and box.kind != "wall":
             _write_name(axes, box)
     if cameras:
@@ -61,12 +54,9 @@ def _share(colour: tuple[int, int, int]) -> tuple[float, float, float]:
 
 
 def _draw_camera(axes: Axes, camera: CeilingCamera, named: bool) -> None:
-    place, target = np.array(camera.position[:2]), np.array(camera.look_at[:2])
-    view = Pose2D(place[0], place[1], math.atan2(target[1] - place[1], target[0] - place[0]))
-    half = 0.5 * camera.intrinsics.width / camera.intrinsics.fx
-    wedge = view.to_world(1.4 * CAMERA_WEDGE * np.array([[0.0, 0.0], [1.0, -half], [1.0, half]]))
+    wedge = camera_wedge(camera, 1.4 * CAMERA_WEDGE)
     axes.add_patch(Polygon(wedge, facecolor="none", edgecolor=GREY, linewidth=0.8, zorder=1.5))
-    axes.plot(*place, "o", color=GREY, markersize=3.0, zorder=1.5)
+    axes.plot(*wedge[0], "o", color=GREY, markersize=3.0, zorder=1.5)
     if named:
         x, y = wedge.mean(axis=0)
         low, high = wedge[:, 1].min(), wedge[:, 1].max()
@@ -76,7 +66,6 @@ def _draw_camera(axes: Axes, camera: CeilingCamera, named: bool) -> None:
 
 def _draw_goal(axes: Axes, world: World) -> None:
     """Draw a ring as large as the robot."""
-    task, radius = world.task, world.robot.radius
-    place = task.pose[:2] if isinstance(task, GoToTask) else task.place
+    place, radius = world.task.place, world.robot.radius
     axes.add_patch(Circle(place, radius, facecolor="none", edgecolor=GOAL, linestyle="--", linewidth=1.0, zorder=2))
     axes.plot(*place, "+", color=GOAL, markersize=5.0, zorder=2)

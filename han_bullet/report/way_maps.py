@@ -12,8 +12,8 @@ import numpy as np
 
 from han_bullet.geometry import Array, SolidBox
 from han_bullet.report.charts import GREY
-from han_bullet.topdown import FURNITURE, FURNITURE_RIM, WALL, extent, footprint
-from han_bullet.world_schema import GoToTask, World
+from han_bullet.topdown import extent, footprint, plan_colours
+from han_bullet.world_schema import World
 
 FLOOR = "#fbfbf8"
 TOLERANCE = 2.0  # [cm] by which a drawn way may be beside the true one
@@ -79,15 +79,12 @@ def _building(world: World, named: bool) -> Iterator[str]:
     for area in world.floor:
         corners = np.array([[area.x[i], area.y[j]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
         yield f'<path d="{_line(corners)}z" fill="{FLOOR}"/>'
-    devices = {device.name for device in world.devices}
     for box in world.solid_boxes():
-        is_dark = box.kind == "wall" or box.name in devices
-        fill, rim = (WALL, WALL) if is_dark else (FURNITURE, FURNITURE_RIM)
+        fill, rim = plan_colours(box, world)
         yield f'<path d="{_line(footprint(box))}z" fill="{_hex(fill)}" stroke="{_hex(rim)}" stroke-width="2"/>'
         if named and box.kind != "wall":
             yield _name(box)
-    task = world.task
-    x, y = _pixel(np.array(task.pose[:2] if isinstance(task, GoToTask) else task.place))
+    x, y = _pixel(np.array(world.task.place))
     radius = 100.0 * world.robot.radius
     yield f'<circle cx="{x}" cy="{y}" r="{radius:.0f}" stroke="{GREY}" stroke-width="4" stroke-dasharray="12 8"/>'
 

@@ -14,7 +14,7 @@ from han_bullet.ros.frames import BASE, LASER, MAP, ODOM, optical_frame
 from han_bullet.ros.message_types import header, make
 from han_bullet.ros.placing import floor_transform, rigid_transform, rotation_message, transform, vector
 from han_bullet.ros.robot_description import Joint, RobotDescription
-from han_bullet.world_schema import Camera, CeilingCamera, Laser, World
+from han_bullet.world_schema import Camera, Laser, World
 
 
 def map_to_odom(estimate: PoseEstimate, odometry: Odometry) -> Pose2D:
@@ -77,8 +77,7 @@ class _Wheel:
 
 
 def _camera(camera: Camera) -> Any:
-    parent, mount = (MAP, camera.camera_in_world) if isinstance(camera, CeilingCamera) else (BASE, camera.mount)
-    return rigid_transform(parent, optical_frame(camera.name), mount)
+    return rigid_transform(MAP if camera.fixed else BASE, optical_frame(camera.name), camera.mount)
 
 
 def _laser(laser: Laser) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from han_bullet.errors import BadInputError, check_positive
 from han_bullet.geometry import Array
 
 # Squared; 99 % of the true measurements of a two-dimensional Gaussian lie inside.
@@ -67,11 +68,17 @@ class Association(ABC):
     Args:
         detection_probability: Of a person in view, per frame.
         clutter_density: [1/m^2] per frame.
+
+    Raises:
+        BadInputError: One of them is not positive, or the probability is above 1.
     """
 
     def __init__(
         self, *, detection_probability: float = DETECTION_PROBABILITY, clutter_density: float = CLUTTER_DENSITY
     ) -> None:
+        check_positive("association", detection_probability=detection_probability, clutter_density=clutter_density)
+        if detection_probability > 1.0:
+            raise BadInputError(f"association: detection_probability is {detection_probability}; it must be at most 1")
         self.detection_probability = detection_probability
         self.clutter_density = clutter_density
 

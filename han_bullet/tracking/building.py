@@ -18,7 +18,5 @@ def on_floor(floor: Sequence[FloorArea], positions: Array, margin: float = BUILD
     """Tell which positions, shape (n, 2) [m], lie on a piece of floor grown by a margin [m]; without floor: all."""
     inside = np.full(len(positions), not floor)
     for area in floor:
-        lower = np.array([area.x[0], area.y[0]]) - margin
-        upper = np.array([area.x[1], area.y[1]]) + margin
-        inside |= np.all((positions >= lower) & (positions <= upper), axis=1)
+        inside |= area.contains(positions, margin)
     return inside

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.errors import BadInputError
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D, SolidBox, project
 from han_bullet.messages import Frame
 from han_bullet.tracking.solids import Solids
@@ -44,8 +44,7 @@ class FieldOfView:
     """
 
     def __init__(self, obstacles: Sequence[SolidBox] = (), *, robot_radius: float = ROBOT_RADIUS) -> None:
-        if not robot_radius > 0.0:
-            raise BadInputError(f"field of view robot_radius is {robot_radius!r} m; a positive length would be right")
+        check_positive("field of view", robot_radius=robot_radius)
         self.obstacles = tuple(obstacles)
         self._solids = Solids(obstacles)
         self.robot_radius = robot_radius

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from filterpy.kalman import predict, update
 
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array
 
 POSITION = slice(0, 2)
@@ -84,6 +85,9 @@ class ConstantVelocity:
     Args:
         acceleration_deviation: [m/s^2].
         initial_speed_deviation: Of each velocity component of a new state [m/s].
+
+    Raises:
+        BadInputError: One of them is not positive.
     """
 
     def __init__(
@@ -92,6 +96,8 @@ class ConstantVelocity:
         acceleration_deviation: float = ACCELERATION_DEVIATION,
         initial_speed_deviation: float = INITIAL_SPEED_DEVIATION,
     ) -> None:
+        check_positive("motion model", acceleration_deviation=acceleration_deviation)
+        check_positive("motion model", initial_speed_deviation=initial_speed_deviation)
         self.density = acceleration_deviation**2 * ACCELERATION_INTERVAL
         self.initial_speed_deviation = initial_speed_deviation
 

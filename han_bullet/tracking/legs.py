@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from han_bullet.geometry import Array, Pose2D, SolidBox, wrap_angle
+from han_bullet.geometry import Array, Pose2D, SolidBox, largest_deviation, wrap_angle
 from han_bullet.messages import LaserScan, LegScan, PoseEstimate, Posture, Seat, TrackedPerson
 from han_bullet.tracking.leg_clusters import find_legs
 from han_bullet.tracking.seats import in_sitting_area
@@ -77,7 +77,7 @@ class LaserLegs(LegFinder):
     def _is_vacant(self, person: TrackedPerson, scan: LaserScan, scanner: Pose2D) -> bool:
         """Tell whether rays pass wherever a person might stand."""
         place = person.position_in_world + (scan.time - person.time) * person.velocity_in_world
-        radius = BODY_RADIUS + 2.0 * math.sqrt(float(np.linalg.eigvalsh(person.covariance[:2, :2])[-1]))
+        radius = BODY_RADIUS + 2.0 * largest_deviation(person.covariance[:2, :2])
         distance = scanner.distance_to(place)
         if person.posture is Posture.SEATED or self._in_seat(place) or not radius < distance <= SURE_REACH:
             return False

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from han_bullet.geometry import Array
+from han_bullet.geometry import Array, largest_deviation
 from han_bullet.messages import Posture, Seat
 from han_bullet.tracking.kalman import MotionState
 from han_bullet.tracking.seats import in_sitting_area
@@ -107,6 +107,6 @@ def speed_deviation(state: MotionState) -> float:
     """Return the standard deviation of a state's speed along its own direction [m/s]; of a still one, the largest."""
     speed = float(np.hypot(*state.velocity))
     if speed < 1e-9:
-        return math.sqrt(float(np.linalg.eigvalsh(state.velocity_covariance)[-1]))
+        return largest_deviation(state.velocity_covariance)
     direction = state.velocity / speed
     return math.sqrt(float(direction @ state.velocity_covariance @ direction))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from han_bullet.errors import BadInputError
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D, SolidBox, floor_homography
 from han_bullet.messages import Detections, Frame, Scan, Seat
 from han_bullet.tracking.building import BUILDING_TOLERANCE, on_floor
@@ -100,8 +100,7 @@ class GroundProjection:
         obstacles: Sequence[SolidBox] = (),
         seats: Sequence[Seat] = (),
     ) -> None:
-        if not robot_radius > 0.0:
-            raise BadInputError(f"robot_radius is {robot_radius} m; a positive length would be right")
+        check_positive("projection", robot_radius=robot_radius)
         self.robot_radius = robot_radius
         self.floor = tuple(floor)
         self.seats = tuple(seats)
