@@ -7,6 +7,7 @@ import pytest
 
 import han_bullet.sim
 from han_bullet.device_payload import read_payload
+from han_bullet.errors import BadInputError
 from han_bullet.geometry import Twist2D, camera_on_robot
 from han_bullet.messages import Observation, Posture, Truth
 from han_bullet.sim.renderer import InProcessRenderer
@@ -143,13 +144,13 @@ def test_the_walker_starts_when_the_robot_moves() -> None:
         for _ in range(20):
             simulator.step(Twist2D())
         assert simulator.truth.people[0].posture is Posture.STANDING
-        assert simulator.truth.people[0].pose_in_world.x == 4.5
+        assert simulator.truth.people[0].pose_in_world.x == 4.7
         for _ in range(20):
             simulator.step(FORWARD)
         walker = simulator.truth.people[0]
         assert walker.posture is Posture.WALKING
         assert walker.velocity_in_world == pytest.approx([0.35, 0.0])
-        assert walker.pose_in_world.x == pytest.approx(4.5 + 0.35 * (1.0 - 0.05 - 0.25), abs=0.02)
+        assert walker.pose_in_world.x == pytest.approx(4.7 + 0.35 * (1.0 - 0.05 - 0.25), abs=0.02)
 
 
 def drive(simulator: Simulator, twist: Twist2D, ticks: int) -> list[Truth]:
@@ -214,6 +215,16 @@ def test_a_short_touch_between_two_ticks_is_not_missed() -> None:
         simulator.step(Twist2D())
         assert simulator.truth.pose_robot_in_world.y < 1.195  # away from the wall again
         assert [contact.body for contact in simulator.truth.contacts] == ["wall1"]
+
+
+def test_a_world_that_cannot_be_loaded_leaves_no_physics_behind() -> None:
+    def clients() -> list[int]:
+        return [client for client in range(64) if pybullet.isConnected(physicsClientId=client)]
+
+    before, robot = clients(), load_world("real2").robot.model_copy(update={"urdf": "nowhere.urdf"})
+    with pytest.raises(BadInputError, match=r"nowhere\.urdf"):
+        Simulator(real2(robot=robot), renderer=None)
+    assert clients() == before
 
 
 def test_someone_turns_to_the_robot_only_while_it_requests_a_hand_over() -> None:

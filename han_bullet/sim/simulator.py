@@ -9,7 +9,7 @@ import numpy as np
 import pybullet
 
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
-from han_bullet.geometry import Array, Twist2D
+from han_bullet.geometry import Twist2D
 from han_bullet.messages import CameraImage, LaserScan, Observation, Truth
 from han_bullet.sim.contacts import ContactSensor
 from han_bullet.sim.devices import Television
@@ -23,7 +23,7 @@ from han_bullet.sim.room import CollisionRoom
 from han_bullet.sim.scene_state import SceneState
 from han_bullet.sim.trigger import RobotNow, StartSignal
 from han_bullet.sim.viewer import Viewer
-from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, Camera, CeilingCamera, World
+from han_bullet.world_schema import CONTROL_PERIOD, LASER, PHYSICS_PERIOD, World
 
 GRAVITY = -9.81  # [m/s^2]
 STEPS_PER_TICK = round(CONTROL_PERIOD / PHYSICS_PERIOD)
@@ -60,16 +60,22 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
-        self._mounts = {camera.name: _mount(camera) for camera in world.cameras}
         self._seed = seed
         self.channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
         self._client: int | None = None
-        self._load()
+        self._is_new = False
+        try:
+            self._load()
+        except BaseException:
+            self.close()
+            raise
 
     def reset(self) -> Observation:
         """Put everything back to the start and return the first observation, with a frame of every camera."""
-        self._load()
+        if not self._is_new:
+            self._load()
+        self._is_new = False
         return self._observe()
 
     def step(self, command: Twist2D) -> Observation:
@@ -149,6 +155,7 @@ class Simulator:
         self._tick, self._step = 0, 0
         self._requests_hand_over = self._requests_way = False
         self._truth = self._look()
+        self._is_new = True  # nothing has moved, nobody has been told anything
 
     def _load_senses(self) -> None:
         """Mount odometry and laser, their errors drawn anew from the seed, each from a row of its own."""
@@ -219,9 +226,11 @@ class Simulator:
 
     def _images(self) -> tuple[CameraImage, ...]:
         """Take the pictures that arrive."""
+        if self._frame_source is None:
+            return ()
         state = self.render_state
-        shots = [] if self._frame_source is None else self._camera_faults.take(state)
-        if self._frame_source is None or not shots:
+        shots = self._camera_faults.take(state)
+        if not shots:
             return ()
         unusual = tuple(shot.exposure for shot in shots if shot.exposure != state.exposure_of(shot.camera.name))
         names = [shot.camera.name for shot in shots]
@@ -230,9 +239,4 @@ class Simulator:
 
     def _image(self, shot: Shot, image: Image) -> CameraImage:
         camera = shot.camera
-        fixed = isinstance(camera, CeilingCamera)
-        return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, self._mounts[camera.name], fixed)
-
-
-def _mount(camera: Camera) -> Array:
-    return camera.camera_in_world if isinstance(camera, CeilingCamera) else camera.mount
+        return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, camera.mount, camera.fixed)

@@ -32,6 +32,13 @@ class Viewer:
         self._client: int = pybullet.connect(pybullet.GUI)
         if self._client < 0:
             raise HanError("PyBullet's window did not open; it needs a display, and there can be one per process")
+        try:
+            self._load(world)
+        except BaseException:
+            self.close()
+            raise
+
+    def _load(self, world: World) -> None:
         pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_GUI, 0, physicsClientId=self._client)
         self._room = VisualRoom(self._client, world)
         settings = world.robot
