@@ -253,6 +253,7 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "pass": options.pass_side,
         "mirrored": options.mirrored,
         "injected_faults": [fault.model_dump(mode="json") for fault in world.faults],
+        "asked_faults": [fault.model_dump(mode="json") for fault in options.faults],
         "faults": [],
         "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),

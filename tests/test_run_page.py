@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
+from han_bullet.commands.fault_option import fault
 from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
 from han_bullet.report.film_still import middle_picture
@@ -194,6 +195,41 @@ def test_the_command_line_makes_the_run_again(run: Path) -> None:
     assert command_line(read_result(run)) == f"han-bullet run sim2 --seed 1 --perception truth {expected}"
     change_result(run, mirrored=True)  # whose own side is the right one
     assert command_line(read_result(run)).endswith("overtake,oncoming --mirrored")
+
+
+def test_the_command_line_names_localization_detector_and_faults_where_they_were_not_the_usual_ones(run: Path) -> None:
+    seen = {"perception": "cameras", "cameras": ["camera4"], "association": "nnjpda", "localization": "lidar"}
+    usual = {"proposer": "acf_inria", "classifier": "cnn_inria", "threshold": 9.5}
+    start = "han-bullet run sim2 --seed 1 --cameras camera4"
+    change_result(run, detector=usual, **seen)
+    assert command_line(read_result(run)) == f"{start} --threshold=9.5"
+    hog = {"proposer": "hog", "classifier": None, "threshold": 0.5}
+    change_result(run, detector=hog, **(seen | {"localization": "simulator"}))
+    assert command_line(read_result(run)) == f"{start} --detector hog --threshold=0.5 --localization truth"
+    knocked = {"kind": "knocked", "target": "camera4", "degrees": -3.0, "starts": {"delay": 5.0}}
+    near = {"kind": "frozen", "target": "camera4", "starts": {"when": "robot_near"}}
+    change_result(run, detector=usual | {"classifier": "mine"}, asked_faults=[knocked], **seen)
+    assert command_line(read_result(run)) == f"{start} --classifier mine --threshold=9.5 --fault camera4=knocked:-3@5"
+    assert "with faults that wait for an event" not in outline(write_run_page(run)).text
+    change_result(run, asked_faults=[near])
+    assert (
+        "with faults that wait for an event, which only a world file or own code can"
+        in outline(write_run_page(run)).text
+    )
+
+
+def test_a_mirrored_run_is_made_again_with_the_faults_that_were_asked_for_and_without_those_of_its_world_file(
+    tmp_path: Path,
+) -> None:
+    document = read_yaml(find_world("real2").read_text())
+    document |= {"duration": 0.2, "faults": [{"kind": "black", "target": "camera1"}]}
+    path = tmp_path / "faulty.yaml"
+    path.write_text(yaml.safe_dump(document))
+    asked = fault("camera2=knocked:3@5")
+    options = RunOptions(perception="truth", localization="truth", mirrored=True, video=False, faults=(asked,))
+    run_world(path, options, tmp_path / "run")
+    line = command_line(read_result(tmp_path / "run"))
+    assert line.endswith("--perception truth --localization truth --mirrored --fault camera2=knocked:3@5")
 
 
 @pytest.mark.parametrize("threshold", [10.934406280517578, -1e6])
