@@ -226,7 +226,7 @@ def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pos
     """Return the world as the options make it, and where the robot was meant to be put, before the seed moved it."""
     world = load_world(name_or_path)
     if options.cameras is not None:
-        world = world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+        world = world.with_cameras(options.cameras)
     start, world = world.robot.start_pose_in_world, vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
