@@ -16,13 +16,13 @@ from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
 from han_bullet.report.run_files import PersonWay, Run, Trace
-from han_bullet.world_schema import World
+from han_bullet.world_schema import Robot, World
 
 MARK_EVERY = 5.0  # [s] along the ways
 WIDTH = 11.0  # [inch]; text of 9 points stays readable where the page shows it narrower
 ZONE_TINTS = {"intimate": "#f6ded2", "personal": "#faeee4", "social": "#fbf8ee"}
 FARTHEST_SHOWN = 5.0  # [m]
-DEFAULT_ROBOT_RADIUS = 0.3  # [m], where the world is not known
+DEFAULT_ROBOT_RADIUS: float = Robot.model_fields["radius"].default  # [m] of the robot, where the world is not known
 
 
 def draw_ways(run: Run) -> bytes:
