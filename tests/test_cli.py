@@ -10,6 +10,7 @@ import yaml
 from little_samples import small_network
 
 from han_bullet.cli import main
+from han_bullet.costmap.layers import SAFETY
 from han_bullet.detection.cnn import save_network
 from han_bullet.detection.model_files import proposer_file
 from han_bullet.world_file import find_world, json_schema, world_document
@@ -56,6 +57,14 @@ def test_every_command_has_help_with_examples(command: str, capsys: pytest.Captu
         main([command, "--help"])
     assert stop.value.code == 0
     assert "examples:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_help_says_which_layers_stay_without_the_social_ones(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    *others, last = SAFETY
+    assert f"social: all but {', '.join(others)} and {last}" in " ".join(capsys.readouterr().out.split())
 
 
 def test_an_unknown_world_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
