@@ -19,7 +19,7 @@ from han_bullet.commands.fault_option import fault
 from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
 from han_bullet.report.film_still import middle_picture
-from han_bullet.report.run_files import read_run
+from han_bullet.report.run_files import read_run_files
 from han_bullet.report.run_moments import position_errors
 from han_bullet.report.run_page import command_line, write_run_page
 from han_bullet.run_folder import read_result
@@ -136,7 +136,7 @@ def test_a_world_that_cannot_be_read_is_told_with_its_fault(run: Path) -> None:
 
 
 def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> None:
-    read = read_run(run)
+    read = read_run_files(run)
     assert read.world is not None
     tick = int(np.abs(read.trace.time - read.devices_on["tv"]).argmin())
     distance = np.hypot(*(read.trace.poses[:, :2] - read.world.devices[0].position).T)
@@ -144,7 +144,7 @@ def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> 
     text = outline(write_run_page(run)).text
     assert "Dotted lines mark when the robot was told" in text
     (run / "messages.csv").write_text("time,device,sent,on,session\n0.000000,tv,0.000000,0,simulator\n")
-    assert read_run(run).devices_on == {} and "Dotted lines" not in outline(write_run_page(run)).text
+    assert read_run_files(run).devices_on == {} and "Dotted lines" not in outline(write_run_page(run)).text
 
 
 def test_a_mirrored_run_says_so_on_top(run: Path) -> None:
@@ -153,10 +153,10 @@ def test_a_mirrored_run_says_so_on_top(run: Path) -> None:
 
 
 def test_true_perception_has_no_errors_and_strangers_have_no_track(run: Path) -> None:
-    read = read_run(run)
+    read = read_run_files(run)
     assert all(np.nanmax(errors) < 1e-5 for errors in position_errors(read).values())
     (run / "tracks.csv").write_text("time,id,x,y,vx,vy,yaw,posture\n")
-    assert all(np.isnan(errors).all() for errors in position_errors(read_run(run)).values())
+    assert all(np.isnan(errors).all() for errors in position_errors(read_run_files(run)).values())
 
 
 def test_perception_is_shown_where_there_were_cameras(run: Path) -> None:
@@ -249,10 +249,10 @@ def test_the_command_line_of_a_run_with_a_scaled_assumption_is_not_said_to_be_al
 
 
 def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:
-    whole = len(read_run(run).trace.time)
+    whole = len(read_run_files(run).trace.time)
     trace = run / "trace.csv"
     trace.write_text(trace.read_text()[:-40])
-    assert len(read_run(run).trace.time) == whole - 1
+    assert len(read_run_files(run).trace.time) == whole - 1
 
 
 @pytest.mark.parametrize(

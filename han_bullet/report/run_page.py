@@ -29,7 +29,7 @@ from han_bullet.report.markup import (
 )
 from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
-from han_bullet.report.run_files import Run, read_run
+from han_bullet.report.run_files import Run, read_run_files
 from han_bullet.report.run_moments import position_errors
 from han_bullet.run_folder import MetricEntry, OrderEntry, ResultFile
 
@@ -55,7 +55,7 @@ def write_run_page(folder: Path) -> Path:
         BadInputError: The folder does not hold what a run writes.
     """
     path = folder / "report.html"
-    write_at_once(path, run_page(read_run(folder)))
+    write_at_once(path, run_page(read_run_files(folder)))
     return path
 
 
