@@ -1,6 +1,6 @@
 """Checks of a world that need its map, made before the first step, and of its expectations, made after the last.
 
-Schema checks live in world_file.py. Here: nobody stands in a wall, the goal can be reached; then, which metrics of a
+Schema checks live in world_schema.py. Here: nobody stands in a wall, the goal can be reached; then, which metrics of a
 run ended outside the range that the world asks for. And what an order asks for, before it is taken.
 """
 

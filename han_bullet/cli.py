@@ -1,6 +1,7 @@
 """The command `han-bullet`: a thin layer of options, tables and exit codes over the library.
 
-Exit codes: 0 done, 1 an expectation failed under --check, 2 bad input, 3 a worker process died.
+Exit codes: 0 done, 1 an expectation failed under --check, 2 bad input, 3 a worker process, a sweep's scheduler
+or the ROS node is gone.
 """
 
 from __future__ import annotations

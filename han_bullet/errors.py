@@ -15,7 +15,10 @@ class BadInputError(HanError):
 
 
 class WorkerDiedError(HanError):
-    """A camera worker process ended before its work was done; exit code 3."""
+    """A process that the work is shared with is gone before it was done; exit code 3.
+
+    That is a worker of cameras or detection, the scheduler of a sweep's cluster, or the ROS node.
+    """
 
 
 def check_positive(what: str, **values: float) -> None:

@@ -463,12 +463,16 @@ class Scene:
 
 @dataclass(frozen=True)
 class Path:
-    """A planned way on the floor; it may end short of the goal, at the edge of somebody's space.
+    """A way on the floor; it may end short of the goal, at the edge of somebody's space.
 
     Attributes:
-        points_in_world: Shape (n, 2) [m], start first; neighbours are cell centres one cell apart.
-        cost: Sum over the edges of length * (1 + weight * mean cost / 252) [m].
-        expanded: Cells that the search took from its queue.
+        points_in_world: Shape (n, 2) [m], start first. A planned one begins at the robot, the rest are cell centres one
+            cell apart; to the first of them, and where a kept way was led on to a goal that has moved, it may be as far
+            as the planner's JOIN and a cell. What A* found alone has cell centres only; what the follower makes, at a
+            goal that is blocked, is the robot's place and the goal's.
+        cost: Integral of 1 + weight * cost / 252 along it, in blocked cells of A*'s ESCAPE_COST [m]; the follower's
+            has 0.
+        expanded: Cells that a search took from its queue; 0 where the way was kept without one.
     """
 
     points_in_world: Array

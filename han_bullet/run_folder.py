@@ -16,7 +16,7 @@ from han_bullet.errors import BadInputError, quoted
 from han_bullet.geometry import Array
 from han_bullet.messages import RecoveryStep, Status
 from han_bullet.metrics.tally import Value
-from han_bullet.world_schema import CONTROL_PERIOD
+from han_bullet.world_schema import CONTROL_PERIOD, InjectedFault
 
 Doing = tuple[float, Status, RecoveryStep | None]  # since when [s]; None: the robot goes on
 Step = tuple[float, RecoveryStep | None]
@@ -85,6 +85,7 @@ class ResultFile(_Entry):
     outcome: str
     outcome_detail: str | None
     faults: tuple[FaultEntry, ...] = ()
+    asked_faults: tuple[InjectedFault, ...] = ()
     metrics: tuple[MetricEntry, ...]
     checks: tuple[CheckEntry, ...]
     orders: tuple[OrderEntry, ...] = ()

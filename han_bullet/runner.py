@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from han_bullet.ablation import NoDetector, TrueLocalization, TruthTracker
-from han_bullet.assembly import build_localization, build_stack, build_tracker, known_devices
+from han_bullet.assembly import ASSOCIATIONS, build_localization, build_stack, build_tracker, known_devices
 from han_bullet.assumptions import Scaled
 from han_bullet.atomic_file import write_json
 from han_bullet.camera_workers import CameraStation, CameraWorkers
@@ -18,7 +18,7 @@ from han_bullet.checks import Check, check_expectations, check_world
 from han_bullet.costmap.layer import Layer
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.detection.detector import Detector
-from han_bullet.detection.model_files import DEFAULT, classifier_file, has_one_stage, model_name
+from han_bullet.detection.model_files import classifier_file, has_one_stage, is_shipped_proposer, model_name
 from han_bullet.detector_choice import DetectorChoice
 from han_bullet.device_channel import DeviceChannel, EmbeddedChannel
 from han_bullet.episode import Hook, Operator, run_episode
@@ -109,6 +109,9 @@ class RunOptions:
             raise BadInputError(f"localization is {self.localization!r}; one of {right} would be right")
         if self.perception not in PERCEPTIONS:
             raise BadInputError(f"perception is {self.perception!r}; one of {', '.join(PERCEPTIONS)} would be right")
+        if self.association not in ASSOCIATIONS:
+            right = ", ".join(ASSOCIATIONS)
+            raise BadInputError(f"association is {self.association!r}; one of {right} would be right")
         if self.cameras is not None and (not self.cameras or len(set(self.cameras)) < len(self.cameras)):
             raise BadInputError(f"cameras are {list(self.cameras)}; at least one, each once, would be right")
 
@@ -223,7 +226,7 @@ def _concrete(name_or_path: str | Path, options: RunOptions) -> tuple[World, Pos
     """Return the world as the options make it, and where the robot was meant to be put, before the seed moved it."""
     world = load_world(name_or_path)
     if options.cameras is not None:
-        world = world.model_copy(update={"cameras": tuple(world.camera(name) for name in options.cameras)})
+        world = world.with_cameras(options.cameras)
     start, world = world.robot.start_pose_in_world, vary(world, options.seed)
     for assumption in options.scaled:
         world = assumption.apply(world)
@@ -253,6 +256,7 @@ def _describe(world: World, options: RunOptions, sources: Sequence[Path]) -> dic
         "pass": options.pass_side,
         "mirrored": options.mirrored,
         "injected_faults": [fault.model_dump(mode="json") for fault in world.faults],
+        "asked_faults": [fault.model_dump(mode="json") for fault in options.faults],
         "faults": [],
         "scaled": [str(assumption) for assumption in options.scaled],
         "versions": versions(),
@@ -287,7 +291,7 @@ def _open_cameras(
         closing.callback(station.frames.close)
         return station.frames, station.detector, {"class": type(own).__name__}
     choice = options.detector
-    if (choice.name, choice.threshold) == (DEFAULT, None):  # a world's threshold is for the shipped model
+    if choice.threshold is None and is_shipped_proposer(choice.name):  # a world's threshold is for no other model
         choice = replace(choice, threshold=world.score_threshold)
     description = {
         "proposer": model_name(choice.name),

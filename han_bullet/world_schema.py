@@ -374,6 +374,17 @@ class RecoverySettings(Part):
 ALL_CAMERAS, LASER, WHEELS = "all", "laser", "wheels"  # targets of faults besides cameras and devices, by name
 
 
+def check_sensor_names(cameras: Sequence[str], devices: Sequence[str]) -> None:
+    """Raise ValueError unless each name of a camera or a device stands for it alone, where faults are told."""
+    for kind, names in (("cameras", cameras), ("devices", devices)):
+        for name in names:
+            if name in (ALL_CAMERAS, LASER, WHEELS):
+                raise ValueError(f"{kind}: the name {name!r} stands for something else in faults; choose another")
+    shared = [name for name in devices if name in cameras]
+    if shared:
+        raise ValueError(f"devices: the name {shared[0]!r} is a camera's, too; names of what may fail must differ")
+
+
 class FaultPart(Part):
     """What goes wrong for a while; see docs/faults.md."""
 
@@ -488,12 +499,8 @@ class World(Part):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f"{kind}: the name {twice[0]!r} is given twice; names must differ")
-        for camera in self.cameras:
-            if camera.name in (ALL_CAMERAS, LASER, WHEELS):
-                raise ValueError(
-                    f"cameras: the name {camera.name!r} stands for something else in faults; choose another"
-                )
         devices = [device.name for device in self.devices]
+        check_sensor_names([camera.name for camera in self.cameras], devices)
         for piece in self.furniture:
             if piece.name in devices:
                 raise ValueError(f"furniture: the name {piece.name!r} is a device's, too; names of things must differ")
@@ -522,9 +529,14 @@ class World(Part):
         if fault.target not in possible:
             right = ", ".join(possible)
             raise ValueError(f"faults: target of {fault.kind!r} is {fault.target!r}; one of {right} would be right")
-        on_robot = [LASER, WHEELS, *(camera.name for camera in self.cameras if isinstance(camera, OnboardCamera))]
-        if fault.starts.when == "robot_near" and fault.target in on_robot:
+        onboard = [camera.name for camera in self.cameras if isinstance(camera, OnboardCamera)]
+        if fault.starts.when == "robot_near" and fault.target in [LASER, WHEELS, *onboard]:
             raise ValueError(f"faults: {fault.target!r} is on the robot, which is always near; another start is right")
+        if fault.starts.when == "robot_near" and fault.target == ALL_CAMERAS and onboard:
+            raise ValueError(
+                f"faults: {onboard[0]!r}, one of {ALL_CAMERAS!r}, is on the robot, which is always near; another "
+                "start, or a fault of each fixed camera, is right"
+            )
 
     def floor_intervals(self) -> list[tuple[Interval, Interval]]:
         """Return the x and y intervals of every floor area [m]."""
@@ -554,6 +566,17 @@ class World(Part):
         return tuple(
             Seat(a.name, np.array(a.seat), a.facing, a.reach_in_front, a.width, a.watches) for a in self.sitting_areas
         )
+
+    def with_cameras(self, names: Sequence[str]) -> World:
+        """Return the world with these of its cameras alone, without the faults of the others.
+
+        Raises:
+            BadInputError: No camera has such a name.
+        """
+        kept = tuple(self.camera(name) for name in names)
+        gone = {camera.name for camera in self.cameras} - set(names)
+        faults = tuple(fault for fault in self.faults if fault.target not in gone)
+        return self.model_copy(update={"cameras": kept, "faults": faults})
 
     def with_faults(self, faults: Sequence[InjectedFault]) -> World:
         """Return the world with further faults.

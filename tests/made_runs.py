@@ -11,7 +11,8 @@ import numpy as np
 from han_bullet.costmap.layers import STANDARD
 from han_bullet.coverage import empty_frame
 from han_bullet.device_channel import SIMULATED
-from han_bullet.explain.recorded_run import FrameRow, RecordedRun
+from han_bullet.explain.recorded_run import RecordedRun
+from han_bullet.explain.recorded_tables import FrameRow
 from han_bullet.explain.replay import Replay, replay
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.messages import Detections, Odometry, PoseEstimate, Posture, TruePerson, Truth

@@ -10,7 +10,9 @@ import yaml
 from little_samples import small_network
 
 from han_bullet.cli import main
+from han_bullet.costmap.layers import SAFETY
 from han_bullet.detection.cnn import save_network
+from han_bullet.detection.model_files import proposer_file
 from han_bullet.world_file import find_world, json_schema, world_document
 
 
@@ -57,6 +59,14 @@ def test_every_command_has_help_with_examples(command: str, capsys: pytest.Captu
     assert "examples:" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_help_says_which_layers_stay_without_the_social_ones(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    *others, last = SAFETY
+    assert f"social: all but {', '.join(others)} and {last}" in " ".join(capsys.readouterr().out.split())
+
+
 def test_an_unknown_world_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert "'nowhere' is not known; there are" in complaint(capsys, "run", "nowhere")
 
@@ -94,6 +104,19 @@ def test_a_classifier_of_ones_own_is_used_and_named_in_the_result(tmp_path: Path
         described[classifier] = json.loads((out / "result.json").read_text())["detector"]
     assert [described[name]["classifier"] for name in ("default", str(mine))] == ["cnn_inria", "mine"]
     assert described["default"]["threshold"] == described[str(mine)]["threshold"]  # the world's, for ACF's scores
+
+
+def test_a_worlds_threshold_is_for_the_shipped_model_by_whatever_name_and_for_no_other(tmp_path: Path) -> None:
+    shipped, out = proposer_file(), tmp_path / "run"
+    copy = tmp_path / "acf_inria.npz"
+    copy.write_bytes(shipped.read_bytes())
+    path = short_world(tmp_path, duration=0.1, score_threshold=77.5)
+    arguments = ["run", str(path), "--cameras", "onboard", "--no-video", "--out", str(out)]
+    used = []
+    for model in ("default", "acf_inria", str(shipped), str(copy)):
+        assert main([*arguments, "--detector", model]) == 0
+        used.append(json.loads((out / "result.json").read_text())["detector"]["threshold"])
+    assert used[:3] == [77.5] * 3 and used[3] < 20.0
 
 
 def test_a_classifier_that_does_not_exist_or_has_no_use_is_one_sentence(

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from han_bullet.cli import main
-from han_bullet.commands.fault_option import fault
-from han_bullet.world_schema import Black, Dropped, Frozen, Knocked, Late, Slippery, Trigger
+from han_bullet.commands.fault_option import fault, fault_word
+from han_bullet.world_schema import Black, Dropped, Frozen, InjectedFault, Knocked, Late, Slippery, Trigger
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,29 @@ from han_bullet.world_schema import Black, Dropped, Frozen, Knocked, Late, Slipp
 )
 def test_a_fault_is_read_as_it_is_meant(text: str, meant: object) -> None:
     assert fault(text) == meant
+
+
+@pytest.mark.parametrize(
+    ("meant", "word"),
+    [
+        (Frozen(target="camera2", starts=Trigger(delay=5.0)), "camera2=frozen@5"),
+        (Black(until=6.5), "all=black@0-6.5"),
+        (Knocked(target="camera3", degrees=-3.0), "camera3=knocked:-3"),
+        (Dropped(target="tv", share=1e-7), "tv=dropped:0.0000001"),
+        (
+            Slippery(times=0.1 + 0.2, starts=Trigger(delay=100.0), until=120.0),
+            "wheels=slip:0.30000000000000004@100-120",
+        ),
+        (Late(delay=0.3), "all=late:0.3"),
+    ],
+)
+def test_the_word_of_a_fault_is_read_as_that_fault_again(meant: InjectedFault, word: str) -> None:
+    assert fault_word(meant) == word
+    assert fault(word) == meant
+
+
+def test_a_fault_that_waits_for_an_event_has_no_word() -> None:
+    assert fault_word(Frozen(target="camera2", starts=Trigger(when="robot_near"))) is None
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,44 @@ def test_a_fault_may_wait_until_the_robot_is_near_the_camera() -> None:
     assert 10 < max(arrived) < 30  # from 1.2 m to 0.9 m at 0.5 m/s, after speeding up
 
 
+def test_a_fault_of_all_cameras_may_wait_until_the_robot_is_near_each_of_them() -> None:
+    near = {"kind": "dropped", "starts": {"when": "robot_near", "distance": 0.9}}
+    there = {"position": [2.2, 0.0, 2.6], "look_at": [8.0, 0.0, 0.9]}
+    far = {"position": [8.2, 0.0, 2.6], "look_at": [2.0, 0.0, 0.9]}
+    world = corridor(near, robot={"start": [1.0, 0.0, 0.0]}, cameras=[CAMERAS[0] | far, CAMERAS[1] | there])
+    observations = observe(with_blank_images(world), 60)
+    assert 10 < max(pictures(observations, "right")) < 30 and max(pictures(observations, "left")) == 60
+
+
+def test_a_fault_of_all_cameras_cannot_wait_until_the_robot_is_near_that_has_one_of_them() -> None:
+    near = {"kind": "black", "starts": {"when": "robot_near"}}
+    onboard = {"name": "eye", "kind": "onboard"}
+    with pytest.raises(BadInputError, match="'eye', one of 'all', is on the robot, which is always near"):
+        corridor(near, cameras=[*CAMERAS, onboard])
+    (asked,) = corridor(near).faults
+    with pytest.raises(BadInputError, match="'eye', one of 'all', is on the robot, which is always near"):
+        corridor(cameras=[*CAMERAS, onboard]).with_faults([asked])
+
+
+def test_the_faults_of_cameras_that_are_left_out_go_with_them_and_the_run_can_be_explained(tmp_path: Path) -> None:
+    faults: list[dict[str, Any]] = [{"kind": "frozen", "target": name, "starts": 0.1} for name in ("left", "right")]
+    faults += [{"kind": "late"}, {"kind": "dropped", "target": "tv"}, {"kind": "slip"}]
+    save_world(corridor(*faults, duration=0.2, people=[]), tmp_path / "world.yaml", "a test's")
+    options = RunOptions(cameras=("right",), perception="truth", video=False)
+    run_world(tmp_path / "world.yaml", options, tmp_path / "run")
+    recorded = read_run(tmp_path / "run")
+    assert [fault.target for fault in recorded.world.faults] == ["right", "all", "tv", "wheels"]
+    assert replay(recorded, 0.1).differs_since is None
+
+
+def test_a_fault_that_is_asked_for_of_a_camera_that_is_left_out_is_refused(tmp_path: Path) -> None:
+    save_world(corridor(), tmp_path / "world.yaml", "a test's")
+    asked = corridor({"kind": "frozen", "target": "left"}).faults
+    options = RunOptions(cameras=("right",), perception="truth", faults=asked)
+    with pytest.raises(BadInputError, match="target of 'frozen' is 'left'; one of all, right would be right"):
+        run_world(tmp_path / "world.yaml", options, tmp_path / "run")
+
+
 def test_the_laser_loses_scans_and_the_television_messages() -> None:
     world = corridor(
         {"kind": "dropped", "target": "laser", "starts": 1.0}, {"kind": "dropped", "target": "tv", "until": 1.5}

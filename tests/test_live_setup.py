@@ -100,6 +100,8 @@ def test_a_camera_without_calibration_is_the_world_files_own_as_the_robots_is(fo
         ("/scan", "/odom", "topic '/odom' is given twice"),
         ("/scan", "odom", "topic '/odom' is given twice"),
         ("name: camera2", "name: camera1", "camera name 'camera1' is given twice"),
+        ("name: camera2", "name: laser", "cameras: the name 'laser' stands for something else in faults"),
+        ("name: camera2", "name: tv", "devices: the name 'tv' is a camera's, too"),
         ("/camera2/image_raw", "no topic", r"cameras\[1\].topic: String should match"),
         ("rate: 5}", "rate: 7}", "7 s is not an integer multiple of the control period"),
         ("camera1.yaml", "nothing.yaml", "nothing.yaml: not readable"),

@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 import yaml
 
+from han_bullet.commands.fault_option import fault
 from han_bullet.errors import BadInputError
 from han_bullet.report import run_page
 from han_bullet.report.film_still import middle_picture
-from han_bullet.report.run_files import read_run
+from han_bullet.report.run_files import read_run_files
 from han_bullet.report.run_moments import position_errors
 from han_bullet.report.run_page import command_line, write_run_page
 from han_bullet.run_folder import read_result
@@ -135,7 +136,7 @@ def test_a_world_that_cannot_be_read_is_told_with_its_fault(run: Path) -> None:
 
 
 def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> None:
-    read = read_run(run)
+    read = read_run_files(run)
     assert read.world is not None
     tick = int(np.abs(read.trace.time - read.devices_on["tv"]).argmin())
     distance = np.hypot(*(read.trace.poses[:, :2] - read.world.devices[0].position).T)
@@ -143,7 +144,7 @@ def test_a_device_is_marked_when_the_robot_was_told_that_it_is_on(run: Path) -> 
     text = outline(write_run_page(run)).text
     assert "Dotted lines mark when the robot was told" in text
     (run / "messages.csv").write_text("time,device,sent,on,session\n0.000000,tv,0.000000,0,simulator\n")
-    assert read_run(run).devices_on == {} and "Dotted lines" not in outline(write_run_page(run)).text
+    assert read_run_files(run).devices_on == {} and "Dotted lines" not in outline(write_run_page(run)).text
 
 
 def test_a_mirrored_run_says_so_on_top(run: Path) -> None:
@@ -152,10 +153,10 @@ def test_a_mirrored_run_says_so_on_top(run: Path) -> None:
 
 
 def test_true_perception_has_no_errors_and_strangers_have_no_track(run: Path) -> None:
-    read = read_run(run)
+    read = read_run_files(run)
     assert all(np.nanmax(errors) < 1e-5 for errors in position_errors(read).values())
     (run / "tracks.csv").write_text("time,id,x,y,vx,vy,yaw,posture\n")
-    assert all(np.isnan(errors).all() for errors in position_errors(read_run(run)).values())
+    assert all(np.isnan(errors).all() for errors in position_errors(read_run_files(run)).values())
 
 
 def test_perception_is_shown_where_there_were_cameras(run: Path) -> None:
@@ -196,6 +197,41 @@ def test_the_command_line_makes_the_run_again(run: Path) -> None:
     assert command_line(read_result(run)).endswith("overtake,oncoming --mirrored")
 
 
+def test_the_command_line_names_localization_detector_and_faults_where_they_were_not_the_usual_ones(run: Path) -> None:
+    seen = {"perception": "cameras", "cameras": ["camera4"], "association": "nnjpda", "localization": "lidar"}
+    usual = {"proposer": "acf_inria", "classifier": "cnn_inria", "threshold": 9.5}
+    start = "han-bullet run sim2 --seed 1 --cameras camera4"
+    change_result(run, detector=usual, **seen)
+    assert command_line(read_result(run)) == f"{start} --threshold=9.5"
+    hog = {"proposer": "hog", "classifier": None, "threshold": 0.5}
+    change_result(run, detector=hog, **(seen | {"localization": "simulator"}))
+    assert command_line(read_result(run)) == f"{start} --detector hog --threshold=0.5 --localization truth"
+    knocked = {"kind": "knocked", "target": "camera4", "degrees": -3.0, "starts": {"delay": 5.0}}
+    near = {"kind": "frozen", "target": "camera4", "starts": {"when": "robot_near"}}
+    change_result(run, detector=usual | {"classifier": "mine"}, asked_faults=[knocked], **seen)
+    assert command_line(read_result(run)) == f"{start} --classifier mine --threshold=9.5 --fault camera4=knocked:-3@5"
+    assert "with faults that wait for an event" not in outline(write_run_page(run)).text
+    change_result(run, asked_faults=[near])
+    assert (
+        "with faults that wait for an event, which only a world file or own code can"
+        in outline(write_run_page(run)).text
+    )
+
+
+def test_a_mirrored_run_is_made_again_with_the_faults_that_were_asked_for_and_without_those_of_its_world_file(
+    tmp_path: Path,
+) -> None:
+    document = read_yaml(find_world("real2").read_text())
+    document |= {"duration": 0.2, "faults": [{"kind": "black", "target": "camera1"}]}
+    path = tmp_path / "faulty.yaml"
+    path.write_text(yaml.safe_dump(document))
+    asked = fault("camera2=knocked:3@5")
+    options = RunOptions(perception="truth", localization="truth", mirrored=True, video=False, faults=(asked,))
+    run_world(path, options, tmp_path / "run")
+    line = command_line(read_result(tmp_path / "run"))
+    assert line.endswith("--perception truth --localization truth --mirrored --fault camera2=knocked:3@5")
+
+
 @pytest.mark.parametrize("threshold", [10.934406280517578, -1e6])
 def test_the_threshold_is_read_from_the_command_line_as_it_was(run: Path, threshold: float) -> None:
     detector = {"proposer": "acf_inria", "classifier": "cnn_inria", "threshold": threshold}
@@ -213,10 +249,10 @@ def test_the_command_line_of_a_run_with_a_scaled_assumption_is_not_said_to_be_al
 
 
 def test_a_trace_whose_last_line_is_cut_is_read_up_to_there(run: Path) -> None:
-    whole = len(read_run(run).trace.time)
+    whole = len(read_run_files(run).trace.time)
     trace = run / "trace.csv"
     trace.write_text(trace.read_text()[:-40])
-    assert len(read_run(run).trace.time) == whole - 1
+    assert len(read_run_files(run).trace.time) == whole - 1
 
 
 @pytest.mark.parametrize(

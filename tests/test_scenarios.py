@@ -500,7 +500,15 @@ def test_the_readmes_example_runs_as_a_script(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"seed": -1}, {"workers": 0}, {"perception": "turth"}, {"cameras": ()}, {"cameras": ("a", "a")}]
+    "wrong",
+    [
+        {"seed": -1},
+        {"workers": 0},
+        {"perception": "turth"},
+        {"association": "jpda", "perception": "truth"},
+        {"cameras": ()},
+        {"cameras": ("a", "a")},
+    ],
 )
 def test_options_that_cannot_be_meant_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(BadInputError, match=str(next(iter(wrong)))):

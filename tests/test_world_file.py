@@ -139,6 +139,17 @@ def test_a_camera_cannot_have_a_name_that_means_something_else(document: dict[st
     assert f"the name {name!r} stands for something else" in fault(document)
 
 
+@pytest.mark.parametrize("name", ["all", "laser", "wheels"])
+def test_a_device_cannot_have_a_name_that_means_something_else(document: dict[str, Any], name: str) -> None:
+    document["devices"] = [{"name": name, "position": [3.0, 1.0], "facing": 0.0}]
+    assert f"devices: the name {name!r} stands for something else" in fault(document)
+
+
+def test_a_device_cannot_have_a_cameras_name(document: dict[str, Any]) -> None:
+    document["devices"] = [{"name": "camera1", "position": [3.0, 1.0], "facing": 0.0}]
+    assert "devices: the name 'camera1' is a camera's, too" in fault(document)
+
+
 def test_furniture_cannot_have_a_devices_name(document: dict[str, Any]) -> None:
     document["furniture"] = [{"name": "tv", "position": [3.0, 0.0], "size": [0.5, 0.5, 0.5]}]
     document["devices"] = [{"name": "tv", "position": [3.0, 1.0], "facing": 0.0}]

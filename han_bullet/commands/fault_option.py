@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,6 +21,23 @@ HELP = (
     f"{FORM}: a sensor fails. KIND: frozen, black, dropped[:SHARE], late[:SECONDS], knocked[:DEGREES] of a camera "
     "(default: all of them), dropped of the laser or a device, slip[:TIMES] of the wheels. May be given several times"
 )
+
+
+def fault_word(meant: InjectedFault) -> str | None:
+    """Return the word that `fault` reads as this one; None where there is none, since it does not start at a time."""
+    if meant.starts.when != "time":
+        return None
+    word = f"{meant.target}={meant.kind}"
+    amount = AMOUNTS[meant.kind]
+    word += "" if amount is None else f":{_digits(getattr(meant, amount))}"
+    start, until = meant.starts.delay, meant.until
+    word += f"@{_digits(start)}" if start > 0.0 or until is not None else ""
+    return word + ("" if until is None else f"-{_digits(until)}")
+
+
+def _digits(number: float) -> str:
+    """Return a number to the last digit and without exponent, which a word cannot have."""
+    return format(Decimal(repr(number)).normalize(), "f")
 
 
 def fault(text: str) -> InjectedFault:

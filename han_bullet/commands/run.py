@@ -65,7 +65,7 @@ def add(commands: Commands[Parser]) -> None:
         type=names,
         default=(),
         metavar="LAYER,...",
-        help="leave out these costmap layers; social: all but static, inflation and body",
+        help="leave out these costmap layers; social: all but static, obstacle, inflation and body",
     )
     add_option("--pass", dest="pass_side", choices=("left", "right"), default="left", help="side on which to overtake")
     add_option("--mirrored", action="store_true", help="run the world's mirror image: left for right, --pass included")

@@ -23,7 +23,7 @@ WORDS = """words of a variant, joined by +:
   nnjpda | nn | gnn           association of detections to tracks
   threshold:SCORE             least score of the detector; threshold:none for none
   without:LAYER               leave out a costmap layer; several: without:a+without:b;
-                              without:social: all but static, inflation and body
+                              without:social: all but static, obstacle, inflation and body
   pass:SIDE                   overtake left or right
   told-pose                   the simulator tells where the robot is, instead of localization by laser
   mirrored                    the world's mirror image, passing on the other side

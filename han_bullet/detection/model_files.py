@@ -38,6 +38,15 @@ def model_name(name_or_path: str | Path) -> str:
     return HOG if is_hog(name_or_path) else proposer_file(name_or_path).stem
 
 
+def is_shipped_proposer(name_or_path: str | Path) -> bool:
+    """Tell whether a model is the ACF model that is shipped: by default, by its name, or by its file.
+
+    Raises:
+        BadInputError: There is no such model.
+    """
+    return not is_hog(name_or_path) and proposer_file(name_or_path).resolve() == proposer_file().resolve()
+
+
 def proposer_file(name_or_path: str | Path = DEFAULT) -> Path:
     """Return the file of an ACF model or of a network: "default", the name of a shipped one, or the path of a file.
 

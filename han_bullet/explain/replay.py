@@ -16,7 +16,8 @@ from han_bullet.coverage import empty_image
 from han_bullet.detection.camera_detector import FrameDetector
 from han_bullet.device_payload import write_payload
 from han_bullet.episode import Tick
-from han_bullet.explain.recorded_run import FrameRow, RecordedRun, TrackRow
+from han_bullet.explain.recorded_run import RecordedRun
+from han_bullet.explain.recorded_tables import FrameRow
 from han_bullet.geometry import Pose2D, Twist2D
 from han_bullet.localization.localizer import Localization
 from han_bullet.messages import (
@@ -38,6 +39,7 @@ from han_bullet.messages import (
     Truth,
 )
 from han_bullet.run_folder import OrderEntry
+from han_bullet.run_tables import TrackRow
 from han_bullet.stack import Decision, NavigationStack
 from han_bullet.tracking.legs import LegFinder
 from han_bullet.tracking.tracker import PeopleTracker

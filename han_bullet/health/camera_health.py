@@ -36,7 +36,6 @@ class CameraHealth:
         self._noisy = noisy
         self._arrivals = Arrivals(period)
         self._last: ImageHealth | None = None
-        self._last_good: float | None = None
         self._pictures = {kind: Watch(camera, kind) for kind in ("frozen", "black")}
         self._pictures["knocked"] = Watch(camera, "knocked", MOVED_FOR)
         self._delivery = {kind: Watch(camera, kind) for kind in ("dropped", "late")}

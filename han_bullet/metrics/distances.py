@@ -16,7 +16,9 @@ _ENDS = tuple(ZONES.values())
 _SURFACES = f"centres less the robot's radius and {PERSON_RADIUS:g} m of person"
 
 
-def _zone(begins: float, ends: float) -> str:
+def _zone(name: str) -> str:
+    ends = ZONES[name]
+    begins = max((end for end in _ENDS if end < ends), default=0.0)
     upper, alone = (f"{ends:g}", "") if math.isfinite(ends) else ("infinity", "; 1 without people")
     return (
         f"share of ticks in which the surface of the nearest person is [{begins:g}, {upper}) m from the robot's "
@@ -48,13 +50,13 @@ class DistanceTally(Tally):
             "HuNav: minimum_distance_to_people, in one version of the robot's surface from the person's centre",
         ),
         "intimate_zone_share": Definition(
-            "1", _zone(0.0, 0.45), "lower", "HuNav: intimate_space_intrusions, in per cent", headline=True
+            "1", _zone("intimate"), "lower", "HuNav: intimate_space_intrusions, in per cent", headline=True
         ),
         "personal_zone_share": Definition(
-            "1", _zone(0.45, 1.2), "lower", "HuNav: personal_space_intrusions, in per cent", headline=True
+            "1", _zone("personal"), "lower", "HuNav: personal_space_intrusions, in per cent", headline=True
         ),
-        "social_zone_share": Definition("1", _zone(1.2, 3.6), elsewhere="HuNav: social_space_intrusions, in per cent"),
-        "public_zone_share": Definition("1", _zone(3.6, math.inf)),
+        "social_zone_share": Definition("1", _zone("social"), elsewhere="HuNav: social_space_intrusions, in per cent"),
+        "public_zone_share": Definition("1", _zone("public")),
     }
 
     def __init__(self, people: Sequence[str], robot_radius: float) -> None:

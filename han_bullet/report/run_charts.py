@@ -15,14 +15,15 @@ from han_bullet.metrics.distances import ZONES
 from han_bullet.metrics.tally import PERSON_RADIUS
 from han_bullet.report.charts import BLACK, GREY, PALE, ROBOT, SPEEDS, grid, person_colour, styled, svg, write_beside
 from han_bullet.report.floor_plan import draw_floor_plan
-from han_bullet.report.run_files import PersonWay, Run, Trace
-from han_bullet.world_schema import World
+from han_bullet.report.run_files import Run
+from han_bullet.run_tables import PersonWay, Trace
+from han_bullet.world_schema import Robot, World
 
 MARK_EVERY = 5.0  # [s] along the ways
 WIDTH = 11.0  # [inch]; text of 9 points stays readable where the page shows it narrower
 ZONE_TINTS = {"intimate": "#f6ded2", "personal": "#faeee4", "social": "#fbf8ee"}
 FARTHEST_SHOWN = 5.0  # [m]
-DEFAULT_ROBOT_RADIUS = 0.3  # [m], where the world is not known
+DEFAULT_ROBOT_RADIUS: float = Robot.model_fields["radius"].default  # [m] of the robot, where the world is not known
 
 
 def draw_ways(run: Run) -> bytes:
@@ -75,10 +76,10 @@ def _draw_person(axes: Axes, time: Array, person: PersonWay, colour: str) -> Non
 
 def _draw_tracks(axes: Axes, run: Run) -> None:
     """Draw what the stack believed, one thin line per track id."""
-    ways: dict[float, list[Array]] = {}
-    for identities, places in (run.tracks[time] for time in sorted(run.tracks)):
-        for identity, place in zip(identities.tolist(), places, strict=True):
-            ways.setdefault(identity, []).append(place)
+    ways: dict[int, list[tuple[float, float]]] = {}
+    for _, tracks in sorted(run.tracks.items()):
+        for track in tracks:
+            ways.setdefault(track.id, []).append(track.state[:2])
     for way in ways.values():
         axes.plot(*np.array(way).T, color=GREY, linewidth=0.8, zorder=4.5, linestyle=(0, (3, 1.5)))
 

@@ -6,52 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from han_bullet.errors import BadInputError
-from han_bullet.geometry import Array
+from han_bullet.messages import DeviceMessage
 from han_bullet.run_folder import ResultFile, Step, read_doings, read_result, read_table, steps_of
+from han_bullet.run_tables import Trace, TrackRow, messages_of, trace_of, tracks_of
 from han_bullet.world_file import load_world
-from han_bullet.world_schema import World
-
-
-@dataclass(frozen=True)
-class PersonWay:
-    """Where a true person was.
-
-    Attributes:
-        name: As in the world file.
-        places: At each tick, shape (n, 2) [m].
-        postures: One word per tick.
-    """
-
-    name: str
-    places: Array
-    postures: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Trace:
-    """The truth of a run, tick by tick.
-
-    Attributes:
-        time: Shape (n,) [s].
-        poses: Of the robot: x, y [m], yaw [rad], shape (n, 3).
-        speed: Of the robot, shape (n,) [m/s].
-        people: In the order of the world file.
-    """
-
-    time: Array
-    poses: Array
-    speed: Array
-    people: tuple[PersonWay, ...]
-
-    def distances(self) -> Array:
-        """Return the distances between the centres of robot and people, shape (people, n) [m]."""
-        ways = np.array([person.places for person in self.people]).reshape(-1, len(self.time), 2)
-        difference = ways - self.poses[:, :2]
-        distances: Array = np.hypot(difference[..., 0], difference[..., 1])
-        return distances
+from han_bullet.world_schema import CONTROL_PERIOD, World
 
 
 @dataclass(frozen=True)
@@ -62,7 +22,7 @@ class Run:
         folder: Where it lies.
         result: Of result.json.
         trace: Of trace.csv.
-        tracks: Of tracks.csv: per moment with any, the track ids, shape (k,), and places, shape (k, 2) [m].
+        tracks: Tick -> what the stack believed of people.
         steps: What the robot tried where it could not go on.
         devices_on: When the robot was first told that a device is on [s], by its name.
         world: What the map shows; None where it is not known.
@@ -72,49 +32,31 @@ class Run:
     folder: Path
     result: ResultFile
     trace: Trace
-    tracks: Mapping[float, tuple[Array, Array]]
+    tracks: Mapping[int, Sequence[TrackRow]]
     steps: Sequence[Step]
     devices_on: Mapping[str, float]
     world: World | None
     no_map: str
 
 
-def read_run(folder: Path) -> Run:
+def read_run_files(folder: Path) -> Run:
     """Read a run.
 
     Raises:
         BadInputError: A file is missing or is not what a run writes.
     """
-    result = read_result(folder)
-    trace, tracks, devices_on = read_trace(folder), _read_tracks(folder), _read_devices_on(folder)
-    return Run(folder, result, trace, tracks, steps_of(read_doings(folder)), devices_on, *find_map(folder))
+    result, trace = read_result(folder), trace_of(read_table(folder / "trace.csv"))
+    tracks, messages = tracks_of(read_table(folder / "tracks.csv")), messages_of(read_table(folder / "messages.csv"))
+    steps = steps_of(read_doings(folder))
+    return Run(folder, result, trace, tracks, steps, _devices_on(messages), *find_map(folder))
 
 
-def read_trace(folder: Path) -> Trace:
-    """Read trace.csv; see `read_run`."""
-    table = read_table(folder / "trace.csv")
-    time, x, y, yaw, vx, vy = table.numbers("time", "robot.x", "robot.y", "robot.yaw", "robot.vx", "robot.vy").T
-    people = tuple(
-        PersonWay(name, table.numbers(f"{name}.x", f"{name}.y"), tuple(table.words(f"{name}.posture")))
-        for name in (column.removesuffix(".posture") for column in table.columns if column.endswith(".posture"))
-    )
-    return Trace(time, np.column_stack([x, y, yaw]), np.hypot(vx, vy), people)
-
-
-def _read_tracks(folder: Path) -> dict[float, tuple[Array, Array]]:
-    found = read_table(folder / "tracks.csv").numbers("time", "id", "x", "y")
-    moments, starts = np.unique(found[:, 0], return_index=True)  # lines are in the order of time
-    parts = np.split(found, starts[1:])
-    return {float(moment): (part[:, 1], part[:, 2:]) for moment, part in zip(moments, parts, strict=False)}
-
-
-def _read_devices_on(folder: Path) -> dict[str, float]:
-    table = read_table(folder / "messages.csv")
+def _devices_on(messages: Mapping[int, Sequence[DeviceMessage]]) -> dict[str, float]:
     moments: dict[str, float] = {}
-    (times,) = table.numbers("time").T
-    for time, device, on in zip(times.tolist(), table.words("device"), table.words("on"), strict=True):
-        if on == "1":
-            moments.setdefault(device, time)
+    for tick, said in messages.items():
+        for message in said:
+            if message.on:
+                moments.setdefault(message.device, tick * CONTROL_PERIOD)
     return moments
 
 

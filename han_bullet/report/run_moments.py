@@ -10,6 +10,7 @@ import numpy as np
 from han_bullet.geometry import Array
 from han_bullet.metrics.perceived import match
 from han_bullet.report.run_files import Run
+from han_bullet.world_schema import CONTROL_PERIOD
 
 
 def position_errors(run: Run) -> Mapping[str, Array]:
@@ -20,9 +21,9 @@ def position_errors(run: Run) -> Mapping[str, Array]:
     trace = run.trace
     errors = np.full((len(trace.people), len(trace.time)), math.nan)
     places = np.array([person.places for person in trace.people]).reshape(-1, len(trace.time), 2)
-    for tick, time in enumerate(trace.time.tolist()):
-        if time in run.tracks and len(trace.people):
-            _, tracked = run.tracks[time]
-            for track, person in match(tracked, places[:, tick]):
-                errors[person, tick] = math.dist(tracked[track], places[person, tick])
+    for row, tick in enumerate(np.rint(trace.time / CONTROL_PERIOD).astype(int).tolist()):
+        if tick in run.tracks and len(trace.people):
+            tracked = np.array([track.state[:2] for track in run.tracks[tick]])
+            for track, person in match(tracked, places[:, row]):
+                errors[person, row] = math.dist(tracked[track], places[person, row])
     return {person.name: errors[index] for index, person in enumerate(trace.people)}

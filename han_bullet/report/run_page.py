@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from han_bullet.ablation import TrueLocalization
 from han_bullet.atomic_file import write_at_once
+from han_bullet.commands.fault_option import fault_word
 from han_bullet.costmap.layers import STANDARD
+from han_bullet.detection.model_files import DEFAULT_CLASSIFIER, DEFAULT_PROPOSER
 from han_bullet.metrics.tally import Value
 from han_bullet.mirroring import OTHER_SIDE
 from han_bullet.report.film_still import middle_picture
@@ -24,7 +29,7 @@ from han_bullet.report.markup import (
 )
 from han_bullet.report.page import Section, page
 from han_bullet.report.run_charts import draw_encounters, draw_perception, draw_ways
-from han_bullet.report.run_files import Run, read_run
+from han_bullet.report.run_files import Run, read_run_files
 from han_bullet.report.run_moments import position_errors
 from han_bullet.run_folder import MetricEntry, OrderEntry, ResultFile
 
@@ -50,7 +55,7 @@ def write_run_page(folder: Path) -> Path:
         BadInputError: The folder does not hold what a run writes.
     """
     path = folder / "report.html"
-    write_at_once(path, run_page(read_run(folder)))
+    write_at_once(path, run_page(read_run_files(folder)))
     return path
 
 
@@ -208,9 +213,11 @@ def _all_metrics(metrics: tuple[MetricEntry, ...]) -> Html:
 
 def _provenance(result: ResultFile) -> Html:
     detector = ", ".join(f"{name} {value}" for name, value in (result.detector or {}).items() if value is not None)
-    scaled = [" with the assumptions below scaled, which only han-bullet sweep can"] if result.scaled else []
+    beyond = [" with the assumptions below scaled, which only han-bullet sweep can"] if result.scaled else []
+    if any(fault_word(fault) is None for fault in result.asked_faults):
+        beyond.append(" with faults that wait for an event, which only a world file or own code can")
     facts = {
-        "made again by": together([element("code", command_line(result)), *scaled]),
+        "made again by": together([element("code", command_line(result)), *beyond]),
         "world": f"{result.world}, sha256 {result.world_sha256}",
         "seed": str(result.seed),
         "perception": result.perception,
@@ -228,7 +235,7 @@ def _provenance(result: ResultFile) -> Html:
 
 
 def command_line(result: ResultFile) -> str:
-    """Return the command that makes a run with shipped parts again; own code and files it cannot know."""
+    """Return the command that makes a run with shipped parts again; own code it cannot know, of own files the names."""
     words = ["han-bullet", "run", result.world, "--seed", str(result.seed)]
     if result.perception == "truth":
         words += ["--perception", "truth"]
@@ -236,11 +243,26 @@ def command_line(result: ResultFile) -> str:
         words += ["--cameras", ",".join(result.cameras)]
         if result.association not in (None, "nnjpda"):
             words += ["--association", str(result.association)]
-        threshold = (result.detector or {}).get("threshold")
-        words += [] if threshold is None else [f"--threshold={threshold!r}"]  # to the last digit; may be negative
+        words += _of_detector(result.detector or {})
+    words += ["--localization", "truth"] if result.localization == TrueLocalization.name else []
     missing = [layer.name for layer in STANDARD if layer.name not in result.layers]
     words += ["--without", ",".join(missing)] if missing else []
     words += ["--mirrored"] if result.mirrored else []
     asked = OTHER_SIDE[result.pass_side] if result.mirrored else result.pass_side
     words += [] if asked == "left" else ["--pass", asked]
+    for fault in result.asked_faults:
+        word = fault_word(fault)
+        words += [] if word is None else ["--fault", word]
     return shlex.join(words)
+
+
+def _of_detector(told: Mapping[str, Any]) -> list[str]:
+    """Return the options that choose a detector, by what result.json tells of it."""
+    words = []
+    for option, name, default in (
+        ("--detector", told.get("proposer"), DEFAULT_PROPOSER),
+        ("--classifier", told.get("classifier"), DEFAULT_CLASSIFIER),
+    ):
+        words += [] if name in (None, default) else [option, str(name)]
+    threshold = told.get("threshold")
+    return words + ([] if threshold is None else [f"--threshold={threshold!r}"])  # to the last digit; may be negative

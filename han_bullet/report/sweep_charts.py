@@ -15,9 +15,9 @@ from han_bullet.report.charts import BLACK, GREY, PALE, PEOPLE, ROBOT, VERMILION
 from han_bullet.report.compared import Figure as Compared
 from han_bullet.report.compared import minimum_distances
 from han_bullet.report.run_charts import DEFAULT_ROBOT_RADIUS, expected_distance
-from han_bullet.report.run_files import Trace
 from han_bullet.report.sweep_files import Sweep, SweepRow
 from han_bullet.report.way_maps import Stroke, draw_way_map
+from han_bullet.run_tables import Trace
 from han_bullet.world_schema import World
 
 EVERY = 4  # ticks of 0.05 s between the points of a drawn way

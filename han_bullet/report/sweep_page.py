@@ -15,10 +15,12 @@ from han_bullet.atomic_file import write_at_once
 from han_bullet.errors import BadInputError
 from han_bullet.report.markup import Html, breakable, captioned, element, more, paragraph, picture, table, together
 from han_bullet.report.page import Section, page
-from han_bullet.report.run_files import Trace, find_map, read_trace
+from han_bullet.report.run_files import find_map
 from han_bullet.report.sweep_charts import draw_all_ways, draw_minimum_distances, draw_small_map
 from han_bullet.report.sweep_files import Sweep, SweepRow, read_sweep
 from han_bullet.report.sweep_tables import SCALED, comparison, overview, sensitivity
+from han_bullet.run_folder import read_table
+from han_bullet.run_tables import Trace, trace_of
 from han_bullet.world_schema import World
 
 Maps = dict[tuple[str, bool], tuple[World | None, str]]  # by world and whether mirrored: the map, or None and why
@@ -163,7 +165,7 @@ def _with_traces(sweep: Sweep, rows: Sequence[SweepRow]) -> Iterator[tuple[Sweep
 
 def _trace_of(sweep: Sweep, row: SweepRow) -> Trace | None:
     try:
-        trace = read_trace(sweep.folder / row.folder)
+        trace = trace_of(read_table(sweep.folder / row.folder / "trace.csv"))
     except BadInputError:
         return None  # the run died, or its folder was taken away; its row is still counted
     return trace if len(trace.time) else None

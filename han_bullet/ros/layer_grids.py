@@ -1,8 +1,7 @@
 """What each costmap layer adds to those before it, noted while it works, so that none is applied twice.
 
 To apply a layer to an empty map instead would show it alone, but a layer may have a memory, such as of the scans it has
-seen, which a second call would
-change, and the run with it.
+seen, which a second call would change, and the run with it.
 """
 
 from __future__ import annotations

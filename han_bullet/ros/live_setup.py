@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from han_bullet.geometry import Pose2D
 from han_bullet.mounted_camera import MountedCamera
 from han_bullet.ros.live_config import CameraSource, LiveConfig, absolute, read_config
 from han_bullet.world_file import find_world, load_world
-from han_bullet.world_schema import Camera, CeilingCamera, Laser, World
+from han_bullet.world_schema import Camera, CeilingCamera, Laser, World, check_sensor_names
 
 LOOKS_AT = 5.0  # [m] along the view
 LEAST_TILT = 0.1  # [m] aside over that way
@@ -77,6 +78,7 @@ def load_live_setup(path: Path) -> LiveSetup:
         world = load_world(_world(config.world, folder))
         pairs = [_camera(source, world, folder) for source in config.cameras]
         laser = _laser(config, world)
+        _check_names([source.name for source in config.cameras], world)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
     robot = world.robot.model_copy(update={"laser": laser})
@@ -101,6 +103,14 @@ def _world(name: str, folder: Path) -> str | Path:
     """Return a world file beside the configuration, or a shipped world's name."""
     beside = folder / name
     return beside if beside.suffix in {".yaml", ".yml"} and beside.is_file() else find_world(name)
+
+
+def _check_names(cameras: Sequence[str], world: World) -> None:
+    """Raise BadInputError unless real cameras and the world's devices can be told apart, and from laser and wheels."""
+    try:
+        check_sensor_names(cameras, [device.name for device in world.devices])
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
 
 
 def _camera(source: CameraSource, world: World, folder: Path) -> tuple[LiveCamera, Camera]:

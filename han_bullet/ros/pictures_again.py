@@ -6,7 +6,8 @@ from types import TracebackType
 
 from han_bullet.detection.image_health import image_health
 from han_bullet.errors import BadInputError, HanError
-from han_bullet.explain.recorded_run import FrameRow, RecordedRun
+from han_bullet.explain.recorded_run import RecordedRun
+from han_bullet.explain.recorded_tables import FrameRow
 from han_bullet.messages import CameraImage, Observation
 from han_bullet.sim.renderer import InProcessRenderer
 from han_bullet.sim.simulator import Simulator

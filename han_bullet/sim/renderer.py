@@ -17,7 +17,7 @@ from han_bullet.sim.scene_state import DevicesOn, SceneState
 from han_bullet.sim.silhouette import Silhouette, silhouette_of
 from han_bullet.world_schema import CeilingCamera, Light, World
 
-__all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer", "SceneState"]
+__all__ = ["FrameSource", "Image", "InProcessRenderer", "Renderer"]
 
 CALIBRATION_FRAME = 2**31  # beyond the frame numbers of any episode
 

@@ -117,9 +117,13 @@ class Track:
         self.hits: dict[str, int] = {}
         self.misses: dict[str, int] = {}
         self._excused_until = self._in_view_until = scan.time
-        self._missed_by: tuple[str, ...] = ()
-        self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
+        self.last_hit = scan.time
+        self.missed_for = 0.0  # since the last hit, while in view [s]
         self.legs_hit = -math.inf
+        self._hit_at = self.state.position
+        self._missed_by: tuple[str, ...] = ()
+        self._seat_empty: dict[str, tuple[float, float]] = {}  # camera -> since and until when it shows so
+        self._images: dict[tuple[float, str], int] = {}  # that showed the person -> the detection's row
         self._note_hit(scan, measurement)
 
     @property
@@ -155,7 +159,7 @@ class Track:
         self.last_hit = self._in_view_until = scan.time
         self._hit_at = self.state.position
         self._missed_by = ()
-        self._seat_empty: dict[str, tuple[float, float]] = {}  # camera -> since and until when it shows so
+        self._seat_empty = {}
         self.missed_for = 0.0
         self.hits[scan.camera] = self.hits.get(scan.camera, 0) + 1
         self._images = {image: row for image, row in self._images.items() if image[0] >= scan.time - MEMORY}
