@@ -117,7 +117,7 @@ def fails_on(world: str, seed: int, without: str, folder: Path) -> set[str]:
     ("world", "without", "metric"),
     [
         ("real1", "personal_still", "minimum_distance.first"),
-        ("real2", "overtake", "overtaking_side.walker"),
+        ("real2", "personal_walking", "overtaking_side.walker"),
         ("sim1", "overtake", "overtaking_side.walker"),
         ("real3", "interaction", "transit_time_on.tv"),
         ("real3", "visibility", "behind_seated.viewer"),
