@@ -29,8 +29,6 @@ BENCHMARKS = (
     ("localization",),
     ("sweep_speed",),
     ("bags",),
-    ("scenarios", "--seeds", "10"),
-    ("scenarios", "--seeds", "10", "--perception", "truth"),
 )
 
 
