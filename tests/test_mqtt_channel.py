@@ -164,6 +164,26 @@ def test_a_real_television_that_is_on_sends_the_robot_round_the_couch_though_the
 
 
 @pytest.mark.mosquitto
+def test_a_run_passes_over_what_is_no_message_and_what_comes_too_late(
+    broker: Broker, home: HomeAutomation, tmp_path: Path
+) -> None:
+    from han_bullet.episode import Hook, Tick
+    from han_bullet.runner import RunOptions, run_world
+
+    class Noise(Hook):
+        def record(self, tick: Tick) -> None:
+            if tick.truth.time == pytest.approx(1.0):
+                newer, older = (DeviceMessage("tv", time, time < 6.0, "living_room") for time in (6.0, 5.0))
+                for payload in (b"\xff", b"{}", write_payload(newer), write_payload(older)):
+                    home.publish(payload, retain=False)
+
+    run_world("real3_off", RunOptions(perception="truth", video=False, mqtt=broker.address), tmp_path, [Noise()])
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["outcome"] == "arrived" and all(check["passed"] for check in result["checks"])
+    assert (result["device_messages"]["refused"], result["device_messages"]["late"]) == (2, 1)
+
+
+@pytest.mark.mosquitto
 def test_a_run_whose_broker_dies_goes_on(broker: Broker, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     from han_bullet.episode import Hook, Tick
     from han_bullet.runner import RunOptions, run_world
