@@ -202,7 +202,8 @@ def test_with_traffic_on_the_other_side_the_robot_passes_on_the_right(tmp_path: 
     assert values(run_world(path, options, tmp_path / "run"))["overtaking_side.walker"] == "right"
 
 
-SIDED = ("real1", "real2", "real3", "sim1", "head_on")
+# Not sim1: its walker is in the middle, where a last bit decides on which side the robot begins.
+SIDED = ("real1", "real2", "real3", "sim2", "head_on")
 
 
 @pytest.mark.scenario
@@ -380,7 +381,8 @@ def test_a_detector_of_ones_own_runs_in_the_loop(tmp_path: Path) -> None:
     detector = Steady()
     world = brief("real2", tmp_path, duration=1.0)
     run_world(world, RunOptions(video=False), tmp_path / "run", detector=detector)
-    assert detector.images == 5 * 11 + 4  # and the person-free image of each ceiling camera
+    # And the person-free image of each ceiling camera, and once its negative.
+    assert detector.images == 5 * 11 + 4 + 1
     assert json.loads((tmp_path / "run/result.json").read_text())["detector"] == {"class": "Steady"}
     rows = [row.split(",") for row in (tmp_path / "run/detections.csv").read_text().splitlines()[1:]]
     assert len([row for row in rows if row[1] == "onboard"]) == 11

@@ -104,7 +104,8 @@ def test_a_row_says_what_was_run_and_what_came_of_it(small: Any) -> None:
     assert (seen["without"], told["without"], told["pass_side"]) == ("", "overtake", "left")
     assert seen["threshold"] is None and seen["error"] is None
     assert seen["outcome"] == seen["metric.outcome"] == "timeout" and not seen["passed"]
-    assert seen["failed"].startswith("outcome = timeout, expected == arrived; overtaking_side.walker = none, expected")
+    assert seen["failed"].startswith("outcome = timeout, expected == arrived; goal_distance = None, expected <= 0.2;")
+    assert "; overtaking_side.walker = none, expected == left" in seen["failed"]
     assert seen["simulated_s"] == 0.5
     assert seen["real_time_factor"] == pytest.approx(0.5 / seen["loop_s"], rel=0.01)
     assert seen["git_commit"] == git_commit() and seen["world_sha256"] == sha256(*world_files(out / "brief.yaml"))

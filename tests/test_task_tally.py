@@ -32,16 +32,28 @@ def test_a_run_succeeds_where_it_arrives_and_touches_nothing() -> None:
     assert measure(along((1.0, 0.0), (18.0, 0.0), arrives=False))["success"] is False
 
 
+def test_a_run_succeeds_only_where_the_robot_truly_is_at_its_goal() -> None:
+    near, far = (measure(along((1.0, 0.0), (18.0, y))) for y in (0.29, 0.31))
+    assert (near["success"], near["goal_distance"]) == (True, pytest.approx(0.29))
+    assert (far["success"], far["spl"], far["outcome"]) == (False, 0.0, "arrived")
+    turned = measure([tick(0), tick(1, robot=(18.0, 0.0, -3.0), status=Status.ARRIVED), tick(2, robot=(9.0, 0.0, 0.0))])
+    assert (turned["goal_distance"], turned["goal_yaw_error"]) == (0.0, pytest.approx(3.0))
+    assert measure(along((1.0, 0.0), (18.0, 0.0), arrives=False))["goal_distance"] is None
+
+
 @pytest.mark.parametrize("kind", ["wall", "object", "person"])
 def test_a_robot_that_hit_something_on_its_way_did_not_succeed(kind: str) -> None:
     scene = {"twist": (0.5, 0.0, 0.0), "people": [person(x=0.5)], "contacts": [Contact("walker", kind, -0.01)]}
-    values = measure([tick(0, **scene), tick(1, status=Status.ARRIVED)], "walker")
+    values = measure([tick(0, **scene), tick(1, robot=(18.0, 0.0, 0.0), status=Status.ARRIVED)], "walker")
     assert (values["outcome"], values["success"], values["spl"]) == ("arrived", False, 0.0)
 
 
 def test_a_robot_that_somebody_walked_into_may_have_succeeded() -> None:
     contact = Contact("walker", "person", -0.01)
-    ticks = [tick(0, people=[person(x=0.5, yaw=np.pi, speed=0.5)], contacts=[contact]), tick(1, status=Status.ARRIVED)]
+    ticks = [
+        tick(0, people=[person(x=0.5, yaw=np.pi, speed=0.5)], contacts=[contact]),
+        tick(1, robot=(18.0, 0.0, 0.0), status=Status.ARRIVED),
+    ]
     values = measure(ticks, "walker")
     assert (values["contacts_by_person"], values["success"]) == (1, True)
 

@@ -23,7 +23,7 @@ def people_message(people: Sequence[TrackedPerson], time: float) -> Any:
 def _person(person: TrackedPerson) -> Any:
     tags = {"posture": person.posture.value}
     if person.heading is not None:
-        tags["yaw"] = f"{person.heading:.4f}"
+        tags["yaw"] = f"{round(person.heading, 6):.4f}"  # as tracks.csv has it, so that a bag of the run says the same
     if person.seat is not None:
         tags["seat"] = person.seat
     return make(
