@@ -92,9 +92,9 @@ CASES = {
         partial(OncomingLayer, robot_speed=1.0),
         CORRIDOR,
         (),
-        _person(Posture.WALKING, (7.0, -0.3), 0.7, math.pi),
-        (0.6, -0.3),
-        (9.4, -0.3),
+        _person(Posture.WALKING, (7.0, -0.8), 0.7, math.pi),
+        (0.6, -0.8),
+        (9.4, -0.8),
     ),
 }
 

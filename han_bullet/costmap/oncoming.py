@@ -34,13 +34,14 @@ class OncomingLayer(Layer):
 
     name = "oncoming"
 
-    def __init__(self, *, robot_speed: float, horizon: float = 4.0, side: float = 0.53, amplitude: float = 1.0) -> None:
+    def __init__(self, *, robot_speed: float, horizon: float = 4.0, side: float = 0.8, amplitude: float = 1.0) -> None:
         """Configure the shape.
 
         Args:
             robot_speed: The highest [m/s].
             horizon: How much of the way before them is theirs [s].
-            side: Standard deviation across their way and at its ends [m]; that of the least personal space of a walker.
+            side: Standard deviation across their way and at its ends [m]. With 0.53, that of their personal space, the
+                robot more often began to pass before who crosses, and turned back.
             amplitude: What the Gaussian is multiplied with, in [0, 1].
         """
         check_positive(f"layer {self.name}", robot_speed=robot_speed, horizon=horizon, side=side)
