@@ -27,6 +27,11 @@ SHOWN = (
     ("personal_space_intrusion", max),
 )
 PAIRED = ("personal_space_intrusion", "personal_space_share", "transit_time_on", "behind_seated", "minimum_distance")
+ABOUT = """\
+Of a metric the mean over runs (worst run); `docs/metrics.md` has the definitions. `contacts_by_person` counts who walked
+into a robot that stood or did not come nearer, as the person of `jump_in` may. Somebody seated is told to be on the seat
+that the map has, where the simulated person sits, so the position's RMSE says nothing in `real3` and `real3_off`; with
+true people (`truth`) it is 0 everywhere. Localization is by laser unless a variant says `told-pose`."""
 TOUCHES = ("contacts_person", "contacts_by_person")
 WITHOUT = "+without:social"
 
@@ -149,7 +154,7 @@ def main() -> None:
     parser.add_argument("sweeps", nargs="+", type=Path, metavar="SWEEP")
     parser.add_argument("--write", action="store_true", help="into benchmarks/RESULTS.md")
     options = parser.parse_args()
-    text = "\n\n".join(section(folder) for folder in options.sweeps)
+    text = "\n\n".join([ABOUT, *(section(folder) for folder in options.sweeps)])
     if options.write:
         write_sweeps(text)
     else:
