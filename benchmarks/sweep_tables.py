@@ -28,10 +28,11 @@ SHOWN = (
 )
 PAIRED = ("personal_space_intrusion", "personal_space_share", "transit_time_on", "behind_seated", "minimum_distance")
 ABOUT = """\
-Of a metric the mean over runs (worst run); `docs/metrics.md` has the definitions. `contacts_by_person` counts who walked
-into a robot that stood or did not come nearer, as the person of `jump_in` may. Somebody seated is told to be on the seat
-that the map has, where the simulated person sits, so the position's RMSE says nothing in `real3` and `real3_off`; with
-true people (`truth`) it is 0 everywhere. Localization is by laser unless a variant says `told-pose`."""
+Of a metric the mean over runs (worst run); `docs/metrics.md` has the definitions. `contacts_by_person` counts who
+walked into a robot that stood or did not come nearer, as the person of `jump_in` may. Somebody seated is told to be on
+the seat that the map has, where the simulated person sits, so the position's RMSE says nothing in `real3` and
+`real3_off`; with true people (`truth`) it is 0 everywhere. Localization is by laser unless a variant says
+`told-pose`."""
 TOUCHES = ("contacts_person", "contacts_by_person")
 WITHOUT = "+without:social"
 
