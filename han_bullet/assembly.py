@@ -204,7 +204,7 @@ def _proximity(world: World, layers: Sequence[Layer]) -> ProximityLimit:
         robot_radius=robot.radius,
         max_deceleration=robot.max_acceleration,
         body_radius=body.body_radius,
-        smallest_gap=min(SMALLEST_GAP, 0.8 * body.smallest_margin),
+        smallest_gap=min(SMALLEST_GAP, 0.8 * body.smallest_margin),  # a start at the rim is allowed
     )
 
 

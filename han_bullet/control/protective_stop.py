@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from han_bullet.control.legs import LegMotion
-from han_bullet.errors import BadInputError
+from han_bullet.errors import check_positive
 from han_bullet.geometry import Array, Pose2D, Twist2D, moved, rotation
 from han_bullet.messages import LaserScan
 from han_bullet.world_schema import CONTROL_PERIOD
@@ -60,16 +60,8 @@ class ProtectiveStop:
             clearance: Between footprint and points [m].
             reaction: Before the brakes hold: the age of a scan and a control period [s].
         """
-        limits = {
-            "radius": radius,
-            "max_acceleration": max_acceleration,
-            "max_yaw_acceleration": max_yaw_acceleration,
-            "clearance": clearance,
-            "reaction": reaction,
-        }
-        for name, value in limits.items():
-            if not 0.0 < value < math.inf:
-                raise BadInputError(f"protective stop: {name} is {value!r}; it must be a positive number")
+        check_positive("protective stop", radius=radius, clearance=clearance, reaction=reaction)
+        check_positive("protective stop", max_acceleration=max_acceleration, max_yaw_acceleration=max_yaw_acceleration)
         self.radius = radius
         self.clearance = clearance
         self.reaction = reaction

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from han_bullet.costmap.grid import INSCRIBED, SOCIAL_MAX, Costmap, Costs
-from han_bullet.errors import BadInputError
+from han_bullet.errors import BadInputError, check_positive
 from han_bullet.geometry import Array
 from han_bullet.messages import Path, Posture, TrackedPerson
 from han_bullet.planning.astar import ESCAPE_COST, AStar
@@ -42,8 +42,7 @@ class Planner:
             raise BadInputError(f"planner replan_period is {replan_period!r} s; it must lie in (0, 0.5]")
         if not 0.0 <= switch_gain < math.inf:
             raise BadInputError(f"planner switch_gain is {switch_gain!r}; it must be a number >= 0")
-        if not 0.0 < largest_body < math.inf:
-            raise BadInputError(f"planner largest_body is {largest_body!r} m; it must be a positive number")
+        check_positive("planner", largest_body=largest_body)
         self.replan_period = replan_period
         self.switch_gain = switch_gain
         self.largest_body = largest_body

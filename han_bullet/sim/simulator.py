@@ -60,6 +60,7 @@ class Simulator:
         """
         self.world = world
         self._frame_source = renderer
+        self._mounts = {camera.name: camera.mount for camera in world.cameras}  # computed once
         self._seed = seed
         self.channel = channel or EmbeddedChannel()
         self._viewer = Viewer(world) if gui else None
@@ -239,4 +240,6 @@ class Simulator:
 
     def _image(self, shot: Shot, image: Image) -> CameraImage:
         camera = shot.camera
-        return CameraImage(camera.name, shot.exposure.time, image, camera.intrinsics, camera.mount, camera.fixed)
+        return CameraImage(
+            camera.name, shot.exposure.time, image, camera.intrinsics, self._mounts[camera.name], camera.fixed
+        )
